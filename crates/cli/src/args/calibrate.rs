@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
 use super::{
-    InputName, JsonArg, OutputFile, OutputFolder,
+    InputName, JsonArg, OutputFile, OutputFolder, PictureArgs,
     named::named,
     number::{board_side, number, whole},
 };
@@ -129,6 +129,11 @@ pub struct CalibrateArgs {
     /// Folder of images (PNG, JPEG) of one camera, or a video, camera, bag or topic (`visloc sources`)
     #[arg(value_name = "SOURCE")]
     pub source: InputName,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
+    /// Topic of the images, of a bag with several
+    #[arg(long, value_name = "TOPIC", help_heading = "Source")]
+    pub image_topic: Option<String>,
     #[command(flatten)]
     pub pattern: PatternArgs,
     /// The lens

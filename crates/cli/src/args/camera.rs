@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use visloc_io::camera_file::CameraFormat;
 
 use super::{
-    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg,
+    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, PictureArgs, SeedArg,
     named::named,
     number::{numbers, whole},
 };
@@ -24,6 +24,11 @@ pub struct CheckCameraArgs {
     /// Folder of images of this camera, a single image, or another source; walls, doors or field lines near the border say most
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
+    /// Topic of the images, of a bag with several
+    #[arg(long, value_name = "TOPIC", help_heading = "Source")]
+    pub image_topic: Option<String>,
     #[command(flatten)]
     pub json: JsonArg,
 }

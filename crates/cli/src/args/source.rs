@@ -44,6 +44,14 @@ pub struct SourceArgs {
     /// Description of the robot (URDF), over /robot_description: with /joint_states it says where the camera is (docs/own-robot.md)
     #[arg(long, value_name = "FILE")]
     pub urdf: Option<InputPath>,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
+}
+
+/// How pictures are taken from a source, whatever they are for.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Source")]
+pub struct PictureArgs {
     /// Images a second: of a folder without times, of a video in place of its own, and what a camera is asked for
     #[arg(long, value_name = "HZ", value_parser = within(RATES_HZ.0, RATES_HZ.1))]
     pub fps: Option<f64>,

@@ -7,13 +7,14 @@ use visloc_core::{GrayImage, Timestamp};
 use visloc_io::{
     image_codec::read_gray_image,
     sequence::is_image,
-    sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures},
+    sources::{OpenPictures, SourceAddress, SourceOptions, TopicOptions, open_pictures},
 };
 
 use crate::{
+    args::PictureArgs,
     host::host,
     report::SkippedReport,
-    run::{Progress, prepare},
+    run::{Progress, picture_options, prepare, refuse_source_options},
     say,
 };
 
@@ -62,9 +63,15 @@ impl NamedImage {
 }
 
 /// The pictures of a folder by name, a single one, or some of those of any other source.
-pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
+///
+/// # Errors
+/// If there are none, or an option is of no use for this source.
+pub fn open_images(source: &str, args: &PictureArgs, image_topic: Option<&str>) -> Result<Vec<NamedImage>> {
+    let topics = TopicOptions { image: image_topic.map(str::to_owned), ..TopicOptions::default() };
+    let options = picture_options(args, topics)?;
     let path = Path::new(source);
     if path.is_file() && is_image(path) {
+        refuse_source_options(&options, &format!("{source} is an image, which is read as it is"))?;
         return Ok(vec![named(path.to_path_buf())]);
     }
     let is_folder = path.is_dir() && !path.join("metadata.yaml").exists();
@@ -72,7 +79,13 @@ pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
     // A folder without images of its own may be a dataset.
     if images.is_empty() {
         let none = || format!("{source}: expected PNG or JPEG images, found none");
-        images = if is_folder { in_stream(source).with_context(none)? } else { in_stream(source)? };
+        let found = in_stream(source, &options);
+        images = if is_folder { found.with_context(none)? } else { found? };
+    } else {
+        refuse_source_options(
+            &options,
+            &format!("{source} is a folder of images, which are read as they are"),
+        )?;
     }
     if images.is_empty() {
         bail!("{source}: expected pictures, found none");
@@ -96,7 +109,7 @@ fn named(path: PathBuf) -> NamedImage {
     NamedImage { name, pixels: Pixels::File(path) }
 }
 
-fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
+fn in_stream(source: &str, options: &SourceOptions) -> Result<Vec<NamedImage>> {
     if !source.contains(':') && !Path::new(source).exists() {
         bail!("{source}: expected a folder of images or a source of `visloc sources`, found nothing there");
     }
@@ -105,8 +118,7 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
     if is_live {
         say::line!("show the board from all sides; {MAX_PICTURES} pictures are taken, Ctrl-C ends earlier");
     }
-    let OpenPictures { mut pictures, warnings, .. } =
-        open_pictures(source, &SourceOptions::default(), host())?;
+    let OpenPictures { mut pictures, warnings, .. } = open_pictures(source, options, host())?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
     let progress = Progress::new(pictures.status().num_items);
     let mut images: Vec<NamedImage> = Vec::new();

@@ -21,7 +21,7 @@ use crate::{
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
     stop_at_signals();
-    let images = open_images(&args.source)?;
+    let images = open_images(&args.source, &args.pictures, args.image_topic.as_deref())?;
     let detected = find_boards(&board, &images)?;
     let found = calibrate(&board, detected.size_px, &detected.views, args.model)
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;

@@ -31,7 +31,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let mut images = Vec::new();
     let mut left_out = Vec::new();
     if let Some(source) = &args.source {
-        let all = open_images(source)?;
+        let all = open_images(source, &args.pictures, args.image_topic.as_deref())?;
         let step = all.len().div_ceil(MAX_IMAGES);
         for image in all.iter().step_by(step) {
             match image.read() {

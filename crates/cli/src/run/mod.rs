@@ -38,8 +38,9 @@ pub use results::BagOutput;
 pub use ros_drive::RosDriver;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
 pub use saving::Saving;
-#[cfg(any(feature = "experiments", feature = "studio"))]
-pub use source::refuse_source_options;
-pub use source::{OpenSource, open_source, prepare, simulation, source_options, until_stopped};
+pub use source::{
+    OpenSource, open_source, picture_options, prepare, refuse_source_options, simulation, source_options,
+    until_stopped,
+};
 #[cfg(feature = "ros2")]
 pub use team::{TeamOutput, TeamReport};

@@ -9,7 +9,7 @@ use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 
 use crate::{
-    args::{SourceArgs, num_cores},
+    args::{PictureArgs, SourceArgs, num_cores},
     host::{host, stop_source_at_signals},
 };
 
@@ -33,10 +33,17 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
         roll_rad: args.camera_roll.to_radians(),
     });
     Ok(SourceOptions {
-        topics,
         camera: args.camera.as_deref().map(Path::to_path_buf),
         mount,
         urdf: args.urdf.as_deref().map(Path::to_path_buf),
+        ..picture_options(&args.pictures, topics)?
+    })
+}
+
+/// Options of a source that only pictures are taken from.
+pub fn picture_options(args: &PictureArgs, topics: TopicOptions) -> Result<SourceOptions> {
+    Ok(SourceOptions {
+        topics,
         rate_hz: args.fps,
         patience_secs: args.patience,
         ffmpeg: args.ffmpeg.as_deref().map(Path::to_path_buf),
@@ -48,7 +55,7 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
 }
 
 /// The domain that programs of ROS take from the environment, unless one is asked for.
-fn usual_domain_id(args: &SourceArgs) -> Result<u16> {
+fn usual_domain_id(args: &PictureArgs) -> Result<u16> {
     match std::env::var("ROS_DOMAIN_ID") {
         Ok(text) if args.ros_domain.is_none() && !text.trim().is_empty() => {
             let id = text.trim().parse().ok().filter(|id| *id <= 232);
@@ -59,7 +66,6 @@ fn usual_domain_id(args: &SourceArgs) -> Result<u16> {
 }
 
 /// Refuses options of a source where none is opened.
-#[cfg(any(feature = "experiments", feature = "studio"))]
 pub fn refuse_source_options(options: &SourceOptions, reason: &str) -> Result<()> {
     let is_spare = |option: &visloc_io::sources::SourceOption| !options.honored_elsewhere.contains(option);
     match options.given().find(is_spare) {

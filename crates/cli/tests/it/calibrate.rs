@@ -57,6 +57,13 @@ fn bad_input_is_named() {
         assert_ne!(run.code, 0, "{args:?}");
         assert!(run.stderr.contains(expected), "{args:?}: {}", run.stderr);
     };
+    for command in [
+        &["calibrate", "photos", "--size", "9x6", "--square", "0.03"][..],
+        &["check-camera", "truth.toml", "photos"],
+    ] {
+        fails(&[command, &["--fps", "10"]].concat(), "--fps: photos is a folder of images");
+        fails(&[command, &["--image-topic", "/a"]].concat(), "--image-topic: photos is a folder of images");
+    }
     fails(
         &[&["calibrate", "photos"], &BOARD[..]].concat(),
         "expected at least 3 usable pictures of the board, found 2",

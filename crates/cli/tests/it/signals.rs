@@ -9,7 +9,10 @@ use std::{
 };
 
 use visloc_core::Source;
-use visloc_io::bag::{BagReader, BagTopics};
+use visloc_io::{
+    bag::{BagReader, BagTopics},
+    image_codec::read_image,
+};
 use visloc_studio::recording::RecordingIndex;
 
 use crate::support::{Workspace, data_lines, write_program};
@@ -287,7 +290,7 @@ fn a_source_that_stalls_is_ended_by_the_first_signal() {
     }
 }
 
-/// Pictures come every half second, and a camera needs three.
+/// A program in place of ffmpeg, which runs in the folder of the pictures, hands on one every half second; a camera needs three.
 #[test]
 fn a_live_calibration_that_is_ended_is_that_of_the_pictures_until_then() {
     let workspace = Workspace::new();
@@ -298,14 +301,20 @@ fn a_live_calibration_that_is_ended_is_that_of_the_pictures_until_then() {
     let board = ["--size", "9x6", "--square", "0.03"];
     let render = ["camera", "render", "truth.toml", "--out", "photos", "--count", "12"];
     assert_eq!(workspace.visloc(&[&render[..], &board].concat()).code, 0);
-    let mut child =
-        workspace.start(&[&["calibrate", "loop:photos", "--out", "camera.toml"], &board[..]].concat());
-    // Five seconds.
-    let mut num_glances = 0;
-    wait_until("pictures", || {
-        num_glances += 1;
-        num_glances > 500
-    });
+    for photo in fs::read_dir(workspace.path("photos")).unwrap() {
+        let photo = photo.unwrap().path();
+        if let Ok(image) = read_image(&photo) {
+            fs::write(photo.with_extension("ppm"), [b"P6 320 240 255\n", image.data()].concat()).unwrap();
+        }
+    }
+    write_program(
+        &workspace.path("camera"),
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nfor photo in *.ppm; do cat \"$photo\"; sleep 0.5; done\n\
+         touch all\nexec sleep 100\n",
+    );
+    let args = ["calibrate", "loop:photos", "--ffmpeg", "./camera", "--out", "camera.toml"];
+    let mut child = workspace.start(&[&args[..], &board].concat());
+    wait_until("pictures", || workspace.path("photos/all").exists());
     send("-INT", &child);
     assert_eq!(end_of(&mut child, "calibrate").code(), Some(0));
     assert!(workspace.read("camera.toml").contains("focal_px"));

@@ -233,6 +233,7 @@ pub const SLOTS: &[Slot] = &[
     ),
     slot("check-camera", "CAMERA", "{}", CAMERA_FILES),
     slot("check-camera", "SOURCE", "@camera.toml {}", &[Images]),
+    slot("check-camera", "SOURCE", "@camera.toml {} --ffmpeg @ffmpeg", &[Video]),
     slot("colors", "IMAGE", "{} --labels @labels.png --out out/colors.toml", &[Png]),
     slot("colors", "--labels", "@image.png --labels {} --out out/colors.toml", &[Labels]),
     small("calibrate", "SOURCE", "{} --size 9x6 --square 0.03 --out out/camera.toml", &[Images]),
