@@ -11,5 +11,5 @@ pub use by_hand::{Start, by_hand_page};
 pub use detections::{Detected, find_boards};
 pub use pictures::draw;
 pub use report::{CalibrationReport, camera_toml, markdown};
-pub use source::{NamedImage, open_images};
+pub use source::{NamedImage, NamedImages, open_images};
 pub use words::print;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use visloc_core::{GrayImage, Timestamp};
 use visloc_io::{
     image_codec::read_gray_image,
@@ -62,35 +62,58 @@ impl NamedImage {
     }
 }
 
+/// Pictures of one source.
+#[derive(Debug, Default)]
+pub struct NamedImages {
+    /// Those that were taken.
+    pub images: Vec<NamedImage>,
+    /// Why there are not more of them, if the source is damaged behind them.
+    pub damage: Option<Error>,
+}
+
+impl NamedImages {
+    /// All that was asked for has been done with the pictures that there are.
+    ///
+    /// # Errors
+    /// The damage.
+    pub fn end(self) -> Result<()> {
+        self.damage.map_or(Ok(()), Err)
+    }
+}
+
 /// The pictures of a folder by name, a single one, or some of those of any other source.
 ///
 /// # Errors
 /// If there are none, or an option is of no use for this source.
-pub fn open_images(source: &str, args: &PictureArgs, image_topic: Option<&str>) -> Result<Vec<NamedImage>> {
+pub fn open_images(source: &str, args: &PictureArgs, image_topic: Option<&str>) -> Result<NamedImages> {
     let topics = TopicOptions { image: image_topic.map(str::to_owned), ..TopicOptions::default() };
     let options = picture_options(args, topics)?;
     let path = Path::new(source);
     if path.is_file() && is_image(path) {
         refuse_source_options(&options, &format!("{source} is an image, which is read as it is"))?;
-        return Ok(vec![named(path.to_path_buf())]);
+        return Ok(NamedImages { images: vec![named(path.to_path_buf())], damage: None });
     }
     let is_folder = path.is_dir() && !path.join("metadata.yaml").exists();
-    let mut images = if is_folder { in_folder(path)? } else { Vec::new() };
-    // A folder without images of its own may be a dataset.
-    if images.is_empty() {
-        let none = || format!("{source}: expected PNG or JPEG images, found none");
-        let found = in_stream(source, &options);
-        images = if is_folder { found.with_context(none)? } else { found? };
-    } else {
+    let images = if is_folder { in_folder(path)? } else { Vec::new() };
+    if !images.is_empty() {
         refuse_source_options(
             &options,
             &format!("{source} is a folder of images, which are read as they are"),
         )?;
+        return Ok(NamedImages { images, damage: None });
     }
-    if images.is_empty() {
+    // A folder without images of its own may be a dataset.
+    let found = in_stream(source, &options);
+    let found = if is_folder {
+        found.with_context(|| format!("{source}: expected PNG or JPEG images, found none"))?
+    } else {
+        found?
+    };
+    if found.images.is_empty() {
+        found.end()?;
         bail!("{source}: expected pictures, found none");
     }
-    Ok(images)
+    Ok(found)
 }
 
 fn in_folder(folder: &Path) -> Result<Vec<NamedImage>> {
@@ -109,7 +132,7 @@ fn named(path: PathBuf) -> NamedImage {
     NamedImage { name, pixels: Pixels::File(path) }
 }
 
-fn in_stream(source: &str, options: &SourceOptions) -> Result<Vec<NamedImage>> {
+fn in_stream(source: &str, options: &SourceOptions) -> Result<NamedImages> {
     if !source.contains(':') && !Path::new(source).exists() {
         bail!("{source}: expected a folder of images or a source of `visloc sources`, found nothing there");
     }
@@ -121,13 +144,13 @@ fn in_stream(source: &str, options: &SourceOptions) -> Result<Vec<NamedImage>> {
     let OpenPictures { mut pictures, warnings, .. } = open_pictures(source, options, host())?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
     let progress = Progress::new(pictures.status().num_items);
-    let mut images: Vec<NamedImage> = Vec::new();
+    let (mut images, mut damage) = (Vec::new(), None);
     let mut last: Option<Timestamp> = None;
     while images.len() < MAX_PICTURES {
         let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
-                say::note!("{broken}{}", say::before(images.len(), "picture", "used"));
+                damage = Some(anyhow!("{broken}{}", say::before(images.len(), "picture", "used")));
                 break;
             }
             None => break,
@@ -142,5 +165,5 @@ fn in_stream(source: &str, options: &SourceOptions) -> Result<Vec<NamedImage>> {
     }
     progress.clear();
     SkippedReport::new(pictures.status().skipped).lines().iter().for_each(|line| say::note!("{line}"));
-    Ok(images)
+    Ok(NamedImages { images, damage })
 }

@@ -21,8 +21,8 @@ use crate::{
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
     stop_at_signals();
-    let images = open_images(&args.source, &args.pictures, args.image_topic.as_deref())?;
-    let detected = find_boards(&board, &images)?;
+    let pictures = open_images(&args.source, &args.pictures, args.image_topic.as_deref())?;
+    let detected = find_boards(&board, &pictures.images)?;
     let found = calibrate(&board, detected.size_px, &detected.views, args.model)
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
@@ -54,11 +54,12 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.report.as_deref(), |folder| {
         write_text(&folder.join("report.md"), &markdown(&args.source, &report))?;
-        draw_all(folder, &found, &coverage, &images)?;
+        draw_all(folder, &found, &coverage, &pictures.images)?;
         say::line!("report: {}", folder.join("report.md").display());
         Ok(())
     });
-    saving.end()
+    saving.end()?;
+    pictures.end()
 }
 
 /// Why the board was not found in the first picture where it was not.

@@ -5,7 +5,12 @@ use serde::Serialize;
 use visloc_calib::{CameraCheck, Severity, check_camera};
 use visloc_io::camera_file::read_camera;
 
-use crate::{args::CheckCameraArgs, calibration::open_images, report::save_json, say};
+use crate::{
+    args::CheckCameraArgs,
+    calibration::{NamedImages, open_images},
+    report::save_json,
+    say,
+};
 
 /// Most images that are looked at: more tell little more about edges.
 const MAX_IMAGES: usize = 40;
@@ -28,12 +33,13 @@ struct FindingReport {
 /// Runs the command.
 pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let camera = read_camera(&args.camera)?;
+    let mut pictures = NamedImages::default();
     let mut images = Vec::new();
     let mut left_out = Vec::new();
     if let Some(source) = &args.source {
-        let all = open_images(source, &args.pictures, args.image_topic.as_deref())?;
-        let step = all.len().div_ceil(MAX_IMAGES);
-        for image in all.iter().step_by(step) {
+        pictures = open_images(source, &args.pictures, args.image_topic.as_deref())?;
+        let step = pictures.images.len().div_ceil(MAX_IMAGES);
+        for image in pictures.images.iter().step_by(step) {
             match image.read() {
                 Ok(pixels) => images.push(pixels),
                 Err(error) => left_out.push(say::one_line(&error.context(image.origin()))),
@@ -54,7 +60,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     if check.severity() == Severity::Wrong {
         bail!("{}: the calibration cannot be right for these images", args.camera.display());
     }
-    Ok(())
+    pictures.end()
 }
 
 fn report(check: &CameraCheck, left_out: Vec<String>) -> CheckReport {
