@@ -1,6 +1,6 @@
 //! What every robot of a game has seen and believed by itself.
 
-use visloc_core::{Timestamp, geom::PlanarPose};
+use visloc_core::{RngTree, Timestamp, geom::PlanarPose};
 use visloc_locate::{
     Estimate, Pipeline, PipelineConfig, StartPrior, team::Sighting, vision::field::FieldAnalysisConfig,
 };
@@ -11,6 +11,8 @@ use crate::ExperimentError;
 
 /// The robot that is told its half.
 pub const WHO_KNOWS: usize = 0;
+/// Nearer to the middle line, meters, a robot knows no half, whatever it is told: three standard deviations of a place that can be relied on.
+const MIN_FROM_MIDDLE_M: f64 = 0.3;
 
 /// What is recorded.
 #[derive(Debug, Clone, Copy)]
@@ -113,11 +115,20 @@ pub(super) fn begin(
 ) -> Result<(TeamSimulation, Vec<TeamFrame>, Vec<Pipeline>), ExperimentError> {
     let mut scenario = Scenario::load("tour-2024").map_err(setup_error)?;
     scenario.frames_per_sec = setup.images_per_sec;
-    let mut team = TeamSimulation::new(&scenario, setup.num_robots, DetectorSetup::default(), setup.seed)
-        .map_err(setup_error)?;
-    let map = team.map().clone();
+    let mut seeds = RngTree::new(setup.seed);
+    let mut seed = setup.seed;
     // The half is that of the first image.
-    let first = team.step();
+    let (team, first) = loop {
+        let mut team = TeamSimulation::new(&scenario, setup.num_robots, DetectorSetup::default(), seed)
+            .map_err(setup_error)?;
+        let first = team.step();
+        if !setup.one_knows || team.truths()[WHO_KNOWS].x_m.abs() >= MIN_FROM_MIDDLE_M {
+            break (team, first);
+        }
+        seeds = seeds.subtree("beside the middle line", 0);
+        seed = seeds.stream_seed("simulation", 0);
+    };
+    let map = team.map().clone();
     let mut pipelines = Vec::new();
     for (robot, truth) in team.truths().iter().enumerate() {
         pipelines.push(localizer_of(setup, robot, &map, truth)?);

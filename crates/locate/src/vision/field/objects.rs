@@ -227,10 +227,13 @@ impl ObjectDetector {
         }
         self.candidates.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
         for candidate in &self.candidates {
-            let is_post = candidate.kind == ObjectKind::Robot
-                && posts.iter().any(|post| explains(post, &candidate.in_robot));
-            if !is_post && self.objects.iter().all(|object| !overlap(&object.bounds_px, &candidate.bounds_px))
-            {
+            let is_free = self.objects.iter().all(|object| !overlap(&object.bounds_px, &candidate.bounds_px));
+            let is_post = || {
+                candidate.kind == ObjectKind::Robot
+                    && (posts.iter().any(|post| explains(post, &candidate.in_robot))
+                        || self.is_of_goal(view, candidate))
+            };
+            if is_free && !is_post() {
                 self.objects.push(*candidate);
             }
         }
@@ -362,16 +365,19 @@ impl ObjectDetector {
         if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) || !is_alone {
             return None;
         }
-        // A post that is too near to be seen in whole is named by nobody, but has its color: of a robot that is a jersey at most.
-        if self.colors(view, &(x - half..x + half, top..bottom)).is_mostly_goal() {
-            return None;
-        }
         let frame = view.frame;
         let cell_px = f64::from(self.sums.cell_px);
         let front = ground_at(frame, &(Point2::new(x, bottom) * cell_px), 0.0)?;
         let in_robot = front + front.coords.normalize() * FOOT_TO_MIDDLE_M;
         let bounds_px = [x - half, top, x + half, bottom].map(|v| v * cell_px);
         Some(self.object(frame, ObjectKind::Robot, in_robot, bounds_px, evidence_nats))
+    }
+
+    /// A post that is too near to be seen in whole is named by nobody, but has its color: of a robot that is a jersey at most.
+    fn is_of_goal(&self, view: &ObjectView<'_>, candidate: &DetectedObject) -> bool {
+        let cell_px = f64::from(self.sums.cell_px);
+        let [left, top, right, bottom] = candidate.bounds_px.map(|border| border / cell_px);
+        self.colors(view, &(left..right, top..bottom)).is_mostly_goal()
     }
 
     /// Most boxes fail here, before anything else is looked at.
