@@ -78,6 +78,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
             &["photos", "--size", "9x6", "--square", "0.025"],
             &["photos", "--pattern", "aprilgrid", "--size", "6x6", "--tag", "0.088"],
         ],
+        "check-camera" => &[&["camera.toml", "photos"]],
         "calibrate-robot" => &[&["sim:small.toml"]],
         "camera board" => &[
             &["--size", "9x6", "--square", "0.025", "--out", "board.svg"],
