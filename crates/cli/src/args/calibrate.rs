@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
 use super::{
-    InputName, JsonArg, OutputFile, OutputFolder, PictureArgs,
+    InputName, JsonArg, OutputFile, OutputFolder, PictureSourceArgs,
     named::named,
     number::{board_side, number, whole},
 };
@@ -130,10 +130,7 @@ pub struct CalibrateArgs {
     #[arg(value_name = "SOURCE")]
     pub source: InputName,
     #[command(flatten)]
-    pub pictures: PictureArgs,
-    /// Topic of the images, of a bag with several
-    #[arg(long, value_name = "TOPIC", help_heading = "Source")]
-    pub image_topic: Option<String>,
+    pub options: PictureSourceArgs,
     #[command(flatten)]
     pub pattern: PatternArgs,
     /// The lens

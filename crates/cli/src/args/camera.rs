@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use visloc_io::camera_file::CameraFormat;
 
 use super::{
-    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, PictureArgs, SeedArg,
+    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, PictureSourceArgs, SeedArg,
     named::named,
     number::{numbers, whole},
 };
@@ -25,10 +25,7 @@ pub struct CheckCameraArgs {
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
     #[command(flatten)]
-    pub pictures: PictureArgs,
-    /// Topic of the images, of a bag with several
-    #[arg(long, value_name = "TOPIC", help_heading = "Source")]
-    pub image_topic: Option<String>,
+    pub options: PictureSourceArgs,
     #[command(flatten)]
     pub json: JsonArg,
 }

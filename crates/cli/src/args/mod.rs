@@ -47,7 +47,10 @@ pub use paths::{
 };
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
 pub use slam::{SlamArgs, SlamParametersArgs};
-pub use source::{ExtractArgs, ExtractFormat, ImageFormat, PictureArgs, RecordArgs, SourceArgs, SourcesArgs};
+pub use source::{
+    ExtractArgs, ExtractFormat, ImageFormat, PictureArgs, PictureSourceArgs, RecordArgs, SourceArgs,
+    SourcesArgs,
+};
 pub use start::StartArg;
 #[cfg(feature = "studio")]
 pub use studio::StudioArgs;

@@ -69,6 +69,17 @@ pub struct PictureArgs {
     pub ros_domain: Option<u16>,
 }
 
+/// How a source is opened from which nothing but pictures is wanted.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Source")]
+pub struct PictureSourceArgs {
+    #[command(flatten)]
+    pub pictures: PictureArgs,
+    /// Topic of the images, of a bag with several
+    #[arg(long, value_name = "TOPIC")]
+    pub image_topic: Option<String>,
+}
+
 /// How images of live topics are asked for.
 const IMAGE_QOS: &[(&str, ImageQos, &str)] = &[
     ("best-effort", ImageQos::BestEffort, "What is lost is lost; every publisher is heard"),

@@ -11,7 +11,7 @@ use visloc_io::{
 };
 
 use crate::{
-    args::PictureArgs,
+    args::PictureSourceArgs,
     host::host,
     report::SkippedReport,
     run::{Progress, picture_options, prepare, refuse_source_options},
@@ -72,12 +72,18 @@ pub struct NamedImages {
 }
 
 impl NamedImages {
-    /// All that was asked for has been done with the pictures that there are.
+    /// What was asked for has been done with the pictures that there are, or has failed.
     ///
     /// # Errors
-    /// The damage.
-    pub fn end(self) -> Result<()> {
-        self.damage.map_or(Ok(()), Err)
+    /// Why it has failed, with the damage as a note, or the damage.
+    pub fn end(self, done: Result<()>) -> Result<()> {
+        match (done, self.damage) {
+            (Err(error), Some(damage)) => {
+                say::note!("{damage}");
+                Err(error)
+            }
+            (done, damage) => done.and(damage.map_or(Ok(()), Err)),
+        }
     }
 }
 
@@ -85,9 +91,9 @@ impl NamedImages {
 ///
 /// # Errors
 /// If there are none, or an option is of no use for this source.
-pub fn open_images(source: &str, args: &PictureArgs, image_topic: Option<&str>) -> Result<NamedImages> {
-    let topics = TopicOptions { image: image_topic.map(str::to_owned), ..TopicOptions::default() };
-    let options = picture_options(args, topics)?;
+pub fn open_images(source: &str, args: &PictureSourceArgs) -> Result<NamedImages> {
+    let topics = TopicOptions { image: args.image_topic.clone(), ..TopicOptions::default() };
+    let options = picture_options(&args.pictures, topics)?;
     let path = Path::new(source);
     if path.is_file() && is_image(path) {
         refuse_source_options(&options, &format!("{source} is an image, which is read as it is"))?;
@@ -110,7 +116,7 @@ pub fn open_images(source: &str, args: &PictureArgs, image_topic: Option<&str>) 
         found?
     };
     if found.images.is_empty() {
-        found.end()?;
+        found.end(Ok(()))?;
         bail!("{source}: expected pictures, found none");
     }
     Ok(found)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_calib::{Calibration, calibrate, coverage, several_cameras};
+use visloc_calib::{Board, Calibration, calibrate, coverage, several_cameras};
 use visloc_io::camera_file::{CameraFormat, write_camera};
 
 use crate::{
@@ -21,13 +21,18 @@ use crate::{
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
     stop_at_signals();
-    let pictures = open_images(&args.source, &args.pictures, args.image_topic.as_deref())?;
-    let detected = find_boards(&board, &pictures.images)?;
-    let found = calibrate(&board, detected.size_px, &detected.views, args.model)
+    let pictures = open_images(&args.source, &args.options)?;
+    let done = calibrate_from(args, &board, &pictures.images);
+    pictures.end(done)
+}
+
+fn calibrate_from(args: &CalibrateArgs, board: &Board, images: &[NamedImage]) -> Result<()> {
+    let detected = find_boards(board, images)?;
+    let found = calibrate(board, detected.size_px, &detected.views, args.model)
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
-    if let Some(several) = several_cameras(&board, detected.size_px, &detected.views, args.model) {
+    if let Some(several) = several_cameras(board, detected.size_px, &detected.views, args.model) {
         let [(a, b), (c, d)] = several.values;
         let [first, second] = &several.groups;
         say::note!(
@@ -54,12 +59,11 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.report.as_deref(), |folder| {
         write_text(&folder.join("report.md"), &markdown(&args.source, &report))?;
-        draw_all(folder, &found, &coverage, &pictures.images)?;
+        draw_all(folder, &found, &coverage, images)?;
         say::line!("report: {}", folder.join("report.md").display());
         Ok(())
     });
-    saving.end()?;
-    pictures.end()
+    saving.end()
 }
 
 /// Why the board was not found in the first picture where it was not.

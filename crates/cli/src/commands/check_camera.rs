@@ -3,11 +3,12 @@
 use anyhow::{Result, bail};
 use serde::Serialize;
 use visloc_calib::{CameraCheck, Severity, check_camera};
+use visloc_core::geom::Camera;
 use visloc_io::camera_file::read_camera;
 
 use crate::{
     args::CheckCameraArgs,
-    calibration::{NamedImages, open_images},
+    calibration::{NamedImage, NamedImages, open_images},
     report::save_json,
     say,
 };
@@ -33,13 +34,20 @@ struct FindingReport {
 /// Runs the command.
 pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let camera = read_camera(&args.camera)?;
-    let mut pictures = NamedImages::default();
+    let pictures = match &args.source {
+        Some(source) => open_images(source, &args.options)?,
+        None => NamedImages::default(),
+    };
+    let done = check(args, &camera, &pictures.images);
+    pictures.end(done)
+}
+
+fn check(args: &CheckCameraArgs, camera: &Camera, all: &[NamedImage]) -> Result<()> {
     let mut images = Vec::new();
     let mut left_out = Vec::new();
     if let Some(source) = &args.source {
-        pictures = open_images(source, &args.pictures, args.image_topic.as_deref())?;
-        let step = pictures.images.len().div_ceil(MAX_IMAGES);
-        for image in pictures.images.iter().step_by(step) {
+        let step = all.len().div_ceil(MAX_IMAGES);
+        for image in all.iter().step_by(step) {
             match image.read() {
                 Ok(pixels) => images.push(pixels),
                 Err(error) => left_out.push(say::one_line(&error.context(image.origin()))),
@@ -50,7 +58,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
             bail!("{source}: expected pictures, none can be read");
         }
     }
-    let check = check_camera(&camera, &images);
+    let check = check_camera(camera, &images);
     for finding in &check.findings {
         say::line!("{:<8} {:<16} {}", finding.severity.to_string(), finding.subject, finding.message);
     }
@@ -60,7 +68,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     if check.severity() == Severity::Wrong {
         bail!("{}: the calibration cannot be right for these images", args.camera.display());
     }
-    pictures.end()
+    Ok(())
 }
 
 fn report(check: &CameraCheck, left_out: Vec<String>) -> CheckReport {

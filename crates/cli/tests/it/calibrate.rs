@@ -1,6 +1,6 @@
 //! `visloc calibrate`, `check-camera`, `camera` and `calibrate-robot`.
 
-use crate::support::Workspace;
+use crate::support::{Workspace, write_program};
 
 const CAMERA: &str = "model = \"radial-tangential\"\nsize_px = [480, 360]\nfocal_px = [391.0, 392.3]\ncenter_px = [242.9, \
                       177.3]\ndistortion = [-0.25, 0.09, 0.0008, -0.0006, 0.0]\n";
@@ -47,6 +47,19 @@ fn a_camera_comes_out_of_pictures_and_goes_through_every_form() {
         let check = workspace.visloc(&["check-camera", name, "photos"]);
         assert_eq!(check.code, 0, "{name}: {} {}", check.stdout, check.stderr);
     }
+}
+
+/// The video is damaged behind its first image, and one picture is too few.
+#[cfg(unix)]
+#[test]
+fn what_is_damaged_is_told_also_when_the_rest_is_not_enough() {
+    let workspace = Workspace::new();
+    workspace.write("clip.mp4", "");
+    let script = "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\n\
+                  for i in 1 2; do printf 'P6 64 48 255\\n'; head -c $((9216 / i)) /dev/zero; done\n";
+    write_program(&workspace.path("cut"), script);
+    let error = workspace.refused(&[&["calibrate", "clip.mp4", "--ffmpeg", "./cut"], &BOARD[..]].concat());
+    assert!(error.contains("cut off") && error.contains("pictures"), "{error}");
 }
 
 #[test]

@@ -115,8 +115,8 @@ pub(super) fn begin(
 ) -> Result<(TeamSimulation, Vec<TeamFrame>, Vec<Pipeline>), ExperimentError> {
     let mut scenario = Scenario::load("tour-2024").map_err(setup_error)?;
     scenario.frames_per_sec = setup.images_per_sec;
-    let mut seeds = RngTree::new(setup.seed);
-    let mut seed = setup.seed;
+    let draws = RngTree::new(setup.seed);
+    let (mut num_refused, mut seed) = (0, setup.seed);
     // The half is that of the first image.
     let (team, first) = loop {
         let mut team = TeamSimulation::new(&scenario, setup.num_robots, DetectorSetup::default(), seed)
@@ -125,8 +125,8 @@ pub(super) fn begin(
         if !setup.one_knows || team.truths()[WHO_KNOWS].x_m.abs() >= MIN_FROM_MIDDLE_M {
             break (team, first);
         }
-        seeds = seeds.subtree("beside the middle line", 0);
-        seed = seeds.stream_seed("simulation", 0);
+        seed = draws.stream_seed("another game", num_refused);
+        num_refused += 1;
     };
     let map = team.map().clone();
     let mut pipelines = Vec::new();
