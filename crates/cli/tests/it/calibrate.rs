@@ -58,8 +58,10 @@ fn what_is_damaged_is_told_also_when_the_rest_is_not_enough() {
     let script = "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\n\
                   for i in 1 2; do printf 'P6 64 48 255\\n'; head -c $((9216 / i)) /dev/zero; done\n";
     write_program(&workspace.path("cut"), script);
-    let error = workspace.refused(&[&["calibrate", "clip.mp4", "--ffmpeg", "./cut"], &BOARD[..]].concat());
-    assert!(error.contains("cut off") && error.contains("pictures"), "{error}");
+    let run = workspace.visloc(&[&["calibrate", "clip.mp4", "--ffmpeg", "./cut"], &BOARD[..]].concat());
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("note: clip.mp4: the last image is cut off"), "{}", run.stdout);
+    assert!(run.stderr.contains("error: clip.mp4: expected at least 3 usable pictures"), "{}", run.stderr);
 }
 
 #[test]
