@@ -155,12 +155,16 @@ impl Problem {
     /// Covariance of the shift for a mean squared residual, squared pixels.
     fn covariance(&self, residual: f32) -> Matrix2<f64> {
         let residual = f64::from(residual).max(LEAST_RESIDUAL);
-        let eigen = self.tensor.symmetric_eigen();
-        let variance = eigen.eigenvalues.map(|value| {
+        // What holds for the error along each of the two main directions.
+        let variance = |value: f64| {
             let variance = residual / value.max(1e-6);
             variance.min(MOST_SIGMA_PX * MOST_SIGMA_PX) + LEAST_SIGMA_PX * LEAST_SIGMA_PX
-        });
-        eigen.eigenvectors * Matrix2::from_diagonal(&variance) * eigen.eigenvectors.transpose()
+        };
+        let (mean, reach) = eigenvalues(&self.tensor);
+        let (along, across) = (variance(mean - reach), variance(mean + reach));
+        let round = Matrix2::identity() * (0.5 * (along + across));
+        let deviator = self.tensor - Matrix2::identity() * mean;
+        if reach > 0.0 { round + deviator * (0.5 * (across - along) / reach) } else { round }
     }
 
     fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
@@ -173,19 +177,33 @@ impl Problem {
 /// the shift without noise. `None` if the patch has structure in no direction.
 fn invert(hessian: &Matrix4<f32>, gradient_noise: f32) -> Option<(Matrix4<f32>, Matrix2<f64>)> {
     // Single precision is too little for a nearly singular 4 x 4 matrix.
-    let mut hessian = hessian.cast::<f64>();
+    let hessian = hessian.cast::<f64>();
+    let block = |row: usize, column: usize| hessian.fixed_view::<2, 2>(row, column).into_owned();
+    let whole = |lower: Matrix2<f64>| Matrix2::new(lower.m11, lower.m21, lower.m21, lower.m22);
+    let (shift, light_by_shift, light) = (whole(block(0, 0)), block(2, 0), whole(block(2, 2)));
     let noise = f64::from(gradient_noise) * NUM as f64;
     // A shift of about two pixels is as likely as the noise: an edge stays where it is predicted along its direction.
     let damping = noise.max(NUM as f64 * 0.5) * 0.25;
-    for i in 0..2 {
-        hessian[(i, i)] += damping;
-    }
-    let inverse = hessian.cholesky()?.inverse();
-    let shift = inverse.fixed_view::<2, 2>(0, 0).into_owned();
-    let tensor = shift.try_inverse()? - Matrix2::identity() * (damping + noise);
-    let strongest = tensor.symmetric_eigenvalues().max();
+    // Gain and offset are eliminated.
+    let light_inverse = light.try_inverse().filter(|_| light.determinant() > 0.0)?;
+    let by_shift = light_inverse * light_by_shift;
+    let tensor = shift - light_by_shift.transpose() * by_shift;
+    let shift_inverse = (tensor + Matrix2::identity() * damping).try_inverse()?;
+    let mut inverse = Matrix4::zeros();
+    inverse.fixed_view_mut::<2, 2>(0, 0).copy_from(&shift_inverse);
+    let across = -by_shift * shift_inverse;
+    inverse.fixed_view_mut::<2, 2>(2, 0).copy_from(&across);
+    inverse.fixed_view_mut::<2, 2>(0, 2).copy_from(&across.transpose());
+    inverse.fixed_view_mut::<2, 2>(2, 2).copy_from(&(light_inverse - across * by_shift.transpose()));
+    let tensor = tensor - Matrix2::identity() * noise;
+    let (mean, reach) = eigenvalues(&tensor);
     // Less than a gray level of gradient: nothing to hold on to.
-    (strongest > NUM as f64).then(|| (inverse.cast::<f32>(), tensor))
+    (mean + reach > NUM as f64).then(|| (inverse.cast::<f32>(), tensor))
+}
+
+/// Mean of the eigenvalues of a symmetric matrix, and how far they are from it.
+fn eigenvalues(matrix: &Matrix2<f64>) -> (f64, f64) {
+    (0.5 * matrix.trace(), (0.5 * (matrix.m11 - matrix.m22)).hypot(matrix.m21))
 }
 
 #[inline]
@@ -267,6 +285,30 @@ mod tests {
             let found = align(&template, &current, &start, &LIMITS).unwrap();
             let error = (found.at - Point2::new(30.0 + dx, 31.0 + dy)).norm();
             assert!(error < 0.05, "{dx} {dy}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_closed_forms_agree_with_decompositions() {
+        let reference = image(0.0, 0.0, 1.0, 0.0);
+        for (x, y) in [(30.0, 31.0), (25.3, 40.2), (41.0, 22.7)] {
+            let template = Template::from_image(&reference, &Point2::new(x, y), 2.0).unwrap();
+            let values = template.inner();
+            let [light, _] = lights([&values, &values]);
+            let problem = Problem::new(&template, values, light).unwrap();
+            let columns = [&problem.dx, &problem.dy, &values, &[1.0; NUM]];
+            let mut damped = Matrix4::from_fn(|i, j| dot(columns[i], columns[j])).cast::<f64>();
+            (0..2).for_each(|i| damped[(i, i)] += 0.25 * 2.0 * NUM as f64);
+            let product = problem.inverse_hessian.cast::<f64>() * damped;
+            assert!((product - Matrix4::identity()).norm() < 1e-2, "{product}");
+            let eigen = problem.tensor.symmetric_eigen();
+            let variance = eigen
+                .eigenvalues
+                .map(|value| (9.0 / value.max(1e-6)).min(MOST_SIGMA_PX.powi(2)) + LEAST_SIGMA_PX.powi(2));
+            let expected =
+                eigen.eigenvectors * Matrix2::from_diagonal(&variance) * eigen.eigenvectors.transpose();
+            let error = (problem.covariance(9.0) - expected).norm();
+            assert!(error < 1e-9 * expected.norm(), "{error}");
         }
     }
 
