@@ -1,7 +1,5 @@
 //! Watches keyframes for places that were seen before.
 
-use std::sync::Arc;
-
 use visloc_core::{Clock, Rng, RngTree, geom::Camera};
 
 use super::{
@@ -28,7 +26,7 @@ const MOST_MISSED: usize = 2;
 const LEAST_SHARED: u32 = 12;
 
 /// Least score of a candidate, share of the one of the most alike keyframe that sees the same landmarks. Source: Mur-Artal,
-/// Montiel and Tardos, "ORB-SLAM", 2015, section VII-A, takes the least alike of them.
+/// Montiel and Tardos, "ORB-SLAM", 2015, section VII-A, takes the least alike of them, as is done here for faint candidates.
 const LEAST_SCORE: f32 = 0.35;
 /// Keyframes for which a refused candidate is not tried again.
 const REFUSED_FOR: usize = 3;
@@ -44,8 +42,27 @@ struct Hypothesis {
     map: MapId,
     /// A keyframe of the earlier place.
     candidate: KeyframeId,
+    /// Whether the place looked less alike than the bar asks for when it was suspected.
+    is_faint: bool,
     sightings: Vec<Sighting>,
     num_missed: usize,
+}
+
+impl Hypothesis {
+    /// Whether enough keyframes agree. A faint place is seen from afar at first, and the size of the maps to each other is off by a percent
+    /// and more then; it waits until a keyframe shows no more of it than the one before.
+    fn is_sure(&self) -> bool {
+        let is_growing = matches!(&self.sightings[..], [.., last, newest] if newest.found.0 > last.found.0);
+        self.sightings.len() >= IN_A_ROW && !(self.is_faint && self.num_missed == 0 && is_growing)
+    }
+}
+
+/// A candidate that was refused lately.
+#[derive(Debug, Clone, Copy)]
+struct Refused {
+    by: KeyframeId,
+    candidate: KeyframeId,
+    is_faint: bool,
 }
 
 /// Watches keyframes for places that were seen before, and joins maps.
@@ -57,8 +74,7 @@ pub struct Recognizer {
     rng: Rng,
     pending: Option<Hypothesis>,
     revisit: Revisit,
-    /// Candidates that were refused lately, and by which keyframe.
-    refused: Vec<(KeyframeId, KeyframeId)>,
+    refused: Vec<Refused>,
     /// The adjustment after the last loop or joining, while it is under way.
     global: Option<GlobalAdjustment>,
 }
@@ -132,8 +148,7 @@ impl Recognizer {
             _ => None,
         };
         timer.end("recognize");
-        let is_sure = self.pending.as_ref().is_some_and(|pending| pending.sightings.len() >= IN_A_ROW);
-        let done = match (self.pending.take_if(|_| is_sure), revisit) {
+        let done = match (self.pending.take_if(|pending| pending.is_sure()), revisit) {
             (Some(sure), _) => self.close(map, &sure),
             (None, RevisitStep::Began(candidate)) => Some(Meeting::Followed { candidate }),
             _ => meeting,
@@ -144,12 +159,14 @@ impl Recognizer {
 
     /// Joins two maps, or closes a loop.
     fn close(&mut self, map: &mut Map, sure: &Hypothesis) -> Option<Meeting> {
-        let newest = sure.sightings.last()?;
+        // Those before are from farther away, and less exact.
+        let nearest = sure.sightings.last_chunk::<IN_A_ROW>()?;
+        let newest = nearest.last()?;
         let candidate = sure.candidate;
         let done = if sure.map == map.active() {
             match bend(map, newest) {
                 Ok(bend) => {
-                    spread(map, &sure.sightings);
+                    spread(map, nearest);
                     Meeting::Closed { candidate, drift: bend.drift, scale: bend.scale }
                 }
                 Err(reason) => return Some(Meeting::Refused { candidate, reason }),
@@ -158,7 +175,7 @@ impl Recognizer {
             let joined = move_over(map, newest, sure.map);
             if map.crossings().next().is_some() {
                 // The maps know each other at both ends of one of them.
-                let moved: Vec<Sighting> = sure.sightings.iter().map(|s| s.after_joining(newest)).collect();
+                let moved: Vec<Sighting> = nearest.iter().map(|s| s.after_joining(newest)).collect();
                 spread(map, &moved);
             }
             joined
@@ -177,14 +194,14 @@ impl Recognizer {
 
     /// Looks for a candidate.
     fn suspect(&mut self, map: &Map, keyframe: KeyframeId) -> Option<Meeting> {
-        let view = Arc::clone(map.keyframe(keyframe).view.as_ref()?);
-        let began = visit_began(map, keyframe);
-        let ranked = map.index().query_beside(&view, |id| is_own_visit(map, keyframe, began, id));
-        let candidate = candidate(map, keyframe, &ranked)?;
         // The next keyframes look the same: what was refused just now would be refused again.
-        self.refused.retain(|(by, _)| by.index() + REFUSED_FOR >= keyframe.index());
+        self.refused.retain(|refused| refused.by.index() + REFUSED_FOR >= keyframe.index());
+        let was_refused =
+            self.refused.last().is_some_and(|refused| refused.by.index() + 1 >= keyframe.index());
+        let (candidate, is_faint) = find_candidate(map, keyframe, !was_refused)?;
         let is_near = |other: KeyframeId| other.index().abs_diff(candidate.index()) <= NEAR;
-        if self.refused.iter().any(|(_, other)| is_near(*other)) {
+        // One that looks more alike now may be found after all.
+        if self.refused.iter().any(|refused| is_near(refused.candidate) && refused.is_faint <= is_faint) {
             return None;
         }
         match self.sight(map, keyframe, candidate, None) {
@@ -193,11 +210,11 @@ impl Recognizer {
                 let num = sightings.len();
                 let found = sightings.last().map_or((0, 0), |newest| newest.found);
                 let map = map.keyframe(candidate).map;
-                self.pending = Some(Hypothesis { map, candidate, sightings, num_missed: 0 });
+                self.pending = Some(Hypothesis { map, candidate, is_faint, sightings, num_missed: 0 });
                 Some(Meeting::Pending { candidate, num, found })
             }
             Err(reason) => {
-                self.refused.push((keyframe, candidate));
+                self.refused.push(Refused { by: keyframe, candidate, is_faint });
                 Some(Meeting::Refused { candidate, reason })
             }
         }
@@ -301,23 +318,29 @@ pub(super) fn move_over(map: &mut Map, newest: &Sighting, into: MapId) -> Meetin
     Meeting::Joined { map: joined, into, scale: old_from_new.scale }
 }
 
-/// The keyframe that looks most like this one, of another map or of a place that the camera has left since.
-fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<KeyframeId> {
-    let own = map.keyframe(keyframe).map;
+/// The keyframe that looks most like this one, of another map or of a place that the camera has left since, and whether it is faint. Who
+/// misses a loop goes on with what the way has drifted, who misses another map has lost it: only those may be faint.
+fn find_candidate(map: &Map, keyframe: KeyframeId, may_be_faint: bool) -> Option<(KeyframeId, bool)> {
+    let own = map.keyframe(keyframe);
+    let began = visit_began(map, keyframe);
+    let ranked = map.index().query_beside(own.view.as_ref()?, |id| is_own_visit(map, keyframe, began, id));
     let connected = map.connected(keyframe, 1);
     let is_connected = |id: KeyframeId| connected.iter().any(|(other, _)| *other == id);
-    let near = ranked.iter().find(|ranked| ranked.keyframe != keyframe && is_connected(ranked.keyframe));
-    let began = visit_began(map, keyframe);
-    let least = near.map_or(0.0, |near| LEAST_SCORE * near.score);
-    ranked
-        .iter()
-        .filter(|ranked| ranked.num_shared >= LEAST_SHARED && ranked.score >= least)
-        .map(|ranked| ranked.keyframe)
-        .find(|id| {
-            // Fixed maps do not move into each other.
-            let may_meet = map.keyframe(*id).map == own || !map.has_fixed();
-            may_meet && !is_own_visit(map, keyframe, began, *id)
-        })
+    let mut near =
+        ranked.iter().filter(|ranked| ranked.keyframe != keyframe && is_connected(ranked.keyframe));
+    let least = near.next().map_or(0.0, |near| LEAST_SCORE * near.score);
+    let least_faint = near.next_back().map_or(least, |near| near.score.min(least));
+    let is_alike = |ranked: &&Ranked| {
+        let may_be_faint = may_be_faint && map.keyframe(ranked.keyframe).map != own.map;
+        ranked.num_shared >= LEAST_SHARED && ranked.score >= if may_be_faint { least_faint } else { least }
+    };
+    let may_meet = |ranked: &&Ranked| {
+        // Fixed maps do not move into each other.
+        let may_meet = map.keyframe(ranked.keyframe).map == own.map || !map.has_fixed();
+        may_meet && !is_own_visit(map, keyframe, began, ranked.keyframe)
+    };
+    let found = ranked.iter().filter(is_alike).find(may_meet)?;
+    Some((found.keyframe, found.score < least))
 }
 
 /// Whether a keyframe belongs to the same visit as another one, which began with the third.
@@ -337,5 +360,37 @@ pub(super) fn fuse(map: &mut Map, sightings: &[Sighting]) {
                 map.add_observation(feature.landmark, feature.in_keyframe(sighting.keyframe));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{atlas::Similarity, lie::CameraFromWorld};
+
+    /// What keyframes in a row say that found so many landmarks of an earlier place.
+    fn seen(num_found: &[usize], is_faint: bool) -> Hypothesis {
+        let sighting = |(index, num): (usize, &usize)| Sighting {
+            keyframe: KeyframeId(100 + index as u32),
+            around: KeyframeId(0),
+            pose_there: CameraFromWorld::identity(),
+            old_from_new: Similarity::identity(),
+            found: (*num, 100),
+            features: Vec::new(),
+            same: Vec::new(),
+            depth: 1.0,
+        };
+        let sightings = num_found.iter().enumerate().map(sighting).collect();
+        Hypothesis { map: MapId(0), candidate: KeyframeId(0), is_faint, sightings, num_missed: 0 }
+    }
+
+    #[test]
+    fn a_faint_place_is_joined_once_no_more_of_it_comes_into_view() {
+        assert!(!seen(&[30, 30], false).is_sure(), "two keyframes are too few");
+        assert!(seen(&[30, 40, 50], false).is_sure());
+        assert!(!seen(&[30, 40, 50], true).is_sure(), "the next one may show more");
+        assert!(seen(&[30, 40, 50, 50], true).is_sure());
+        let missed = Hypothesis { num_missed: 1, ..seen(&[30, 40, 50], true) };
+        assert!(missed.is_sure(), "it is out of view");
     }
 }
