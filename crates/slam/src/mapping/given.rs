@@ -200,12 +200,12 @@ impl GivenViews {
             let ray = self.camera.bearing(&place.px);
             let from_line_px = focal * (line.dot(&ray)).abs() / length;
             // Without a way between the views there is no line.
-            if from_line_px.is_nan() || from_line_px > FROM_LINE_PX * f64::from(1_u32 << place.level) {
+            if from_line_px.is_nan() || from_line_px > FROM_LINE_PX * f64::from(place.level).exp2() {
                 continue;
             }
             match best {
                 Some((least, known, _))
-                    if (known.px - place.px).norm() < 3.0 * f64::from(1_u32 << place.level) =>
+                    if (known.px - place.px).norm() < 3.0 * f64::from(place.level).exp2() =>
                 {
                     if distance < least {
                         best = Some((distance, place, ray));

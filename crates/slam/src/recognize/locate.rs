@@ -306,7 +306,7 @@ impl Locator {
         let focal = focal_px(&self.camera);
         let observation = |pair: &Pair| {
             let place = view.at(pair.place);
-            let sigma = CORNER_SIGMA_PX * f64::from(1_u32 << place.level);
+            let sigma = CORNER_SIGMA_PX * f64::from(place.level.max(0)).exp2();
             let whitening = whitening(focal, &(Matrix2::identity() * (sigma * sigma)));
             let point = map.landmark(pair.landmark).point_in_world;
             PoseObservation::of_point(point, self.camera.bearing(&place.px), whitening)

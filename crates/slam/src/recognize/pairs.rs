@@ -34,7 +34,7 @@ const BLOCK: usize = 32;
 pub(super) struct Known {
     pub ids: Vec<LandmarkId>,
     /// Levels on which they were described.
-    pub levels: Vec<usize>,
+    pub levels: Vec<i32>,
     first_words: Vec<u64>,
     descriptors: Vec<OrbDescriptor>,
 }

@@ -13,7 +13,7 @@ use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, Map, MapId},
-    track::{FrameWork, Incoming, TrackReport, scene_depth},
+    track::{FrameWork, Incoming, TrackReport, focal_px, scene_depth},
 };
 
 /// One of so many descriptors in common with the place where the camera was found is the least of a rival.
@@ -73,8 +73,9 @@ impl Relocator {
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let is_doubting = self.locator.is_doubting();
+        let octaves = if is_doubting { self.octaves_coarser(map) } else { 0 };
+        let view = View::of_coarse_image(incoming.pyramid, octaves, &self.camera, &self.config.features);
         let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
         let listed = self.locator.listed(&view);
         let (mut refused, mut found) = (None, Vec::<Located>::new());
@@ -122,6 +123,14 @@ impl Relocator {
             best.report = self.locator.grown(&searched, best.report, incoming, work);
         }
         Ok(best)
+    }
+
+    /// How much larger the pixels are than the smallest that a map was made with, octaves: 0 if they are not, at most so many that the finest
+    /// level on which landmarks are made lies where the coarsest one would.
+    fn octaves_coarser(&self, map: &Map) -> i32 {
+        let focals = map.all_keyframes().map(|(_, keyframe)| focal_px(keyframe.camera(&self.camera)));
+        let octaves = (focals.fold(0.0, f64::max) / focal_px(&self.camera)).log2().round() as i32;
+        octaves.clamp(0, self.config.features.search_levels.saturating_sub(1) as i32)
     }
 
     /// Keyframes that look most like the view, first those where most of what looks alike lies as it does here.

@@ -126,8 +126,8 @@ fn proposals(
 }
 
 /// How much larger a thing is that looks the same on another level, pixels of level 0.
-fn larger(level_here: usize, level_there: usize) -> f64 {
-    f64::from(1_u32 << level_here) / f64::from(1_u32 << level_there)
+fn larger(level_here: i32, level_there: i32) -> f64 {
+    f64::from(level_here - level_there).exp2()
 }
 
 /// Counts for each pair how many others lie to it as they should.

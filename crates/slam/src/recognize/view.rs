@@ -1,12 +1,12 @@
 //! What a place looks like.
 
 use nalgebra::Point2;
-use visloc_core::geom::Camera;
+use visloc_core::{GrayImage, geom::Camera};
 
 use crate::{
     config::FeatureConfig,
     feature::CornerGrid,
-    image::{Pyramid, level_from_px},
+    image::{Pyramid, doubled},
     map::{KeyframeId, LandmarkId, Map},
     mapping::corners_in_two_passes,
     orb::{BoxSums, OrbDescriptor},
@@ -23,8 +23,8 @@ const DENSER: f64 = 1.5;
 pub struct Described {
     /// Pixel of level 0.
     pub px: Point2<f64>,
-    /// Level on which it was described.
-    pub level: usize,
+    /// Level on which it was described; below 0 that of an enlarged image.
+    pub level: i32,
     /// Its descriptor.
     pub descriptor: OrbDescriptor,
     /// In a keyframe: the landmark that is seen there. It may have been removed since.
@@ -87,7 +87,7 @@ impl View {
             None => self.described[index - self.short.len()],
             Some(ShortPlace { px, level, descriptor, landmark }) => Described {
                 px: px.map(f64::from).into(),
-                level: usize::from(*level),
+                level: i32::from(*level),
                 descriptor: *descriptor,
                 landmark: Some(*landmark),
             },
@@ -124,7 +124,7 @@ impl View {
             let observation = map.landmark(*landmark).observation_in(id)?;
             let level = observation.level;
             let place = |x, y| OrbDescriptor::new(pyramid.level(level), x, y);
-            describe(&observation.px, level, Some(*landmark), place)
+            describe(&observation.px, level as i32, Some(*landmark), place)
         };
         let mut all: Vec<Described> = keyframe.landmarks.iter().filter_map(described).collect();
         all.shrink_to_fit();
@@ -134,17 +134,42 @@ impl View {
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
     #[must_use]
     pub fn of_image(pyramid: &Pyramid, camera: &Camera, features: &FeatureConfig) -> Self {
+        Self::of_coarse_image(pyramid, 0, camera, features)
+    }
+
+    /// The same for an image whose pixels are larger, by some octaves, than those of the images that it is compared with: what these show
+    /// on their finest levels is described in this image enlarged.
+    #[must_use]
+    pub(super) fn of_coarse_image(
+        pyramid: &Pyramid,
+        octaves: i32,
+        camera: &Camera,
+        features: &FeatureConfig,
+    ) -> Self {
         let grid = CornerGrid::new(camera.size_px(), features.cell_px / DENSER);
         let corners = corners_in_two_passes(pyramid, &grid, features);
-        let levels = |level: usize| level.saturating_sub(1)..(level + 2).min(pyramid.num_levels());
-        let searched = 0..levels(features.search_levels.saturating_sub(1)).end;
-        let sums: Vec<BoxSums> = searched.map(|level| BoxSums::new(pyramid.level(level))).collect();
+        let mut enlarged: Vec<GrayImage> = Vec::new();
+        for _ in 0..octaves {
+            enlarged.push(doubled(enlarged.last().unwrap_or(pyramid.level(0))));
+        }
+        let image = |level: i32| match usize::try_from(level) {
+            Ok(level) => pyramid.level(level),
+            Err(_) => &enlarged[(-1 - level) as usize],
+        };
+        // A corner of the image itself may be one of a finer level that does not show.
+        let levels = |level: usize| {
+            let finest = if level == 0 { -octaves } else { level as i32 - 1 };
+            finest..(level + 2).min(pyramid.num_levels()) as i32
+        };
+        let searched = -octaves..levels(features.search_levels.saturating_sub(1)).end;
+        let sums: Vec<BoxSums> = searched.map(|level| BoxSums::new(image(level))).collect();
         let described = corners
             .iter()
             .take(MOST_CORNERS)
             .flat_map(|corner| levels(corner.level).map(|level| (corner.px, level)))
             .filter_map(|(px, level)| {
-                let place = |x, y| OrbDescriptor::with_sums(pyramid.level(level), &sums[level], x, y);
+                let place =
+                    |x, y| OrbDescriptor::with_sums(image(level), &sums[(level + octaves) as usize], x, y);
                 describe(&px, level, None, place)
             });
         described.collect::<Vec<_>>().into()
@@ -153,12 +178,12 @@ impl View {
 
 fn describe(
     px: &Point2<f64>,
-    level: usize,
+    level: i32,
     landmark: Option<LandmarkId>,
     descriptor_at: impl Fn(usize, usize) -> Option<OrbDescriptor>,
 ) -> Option<Described> {
-    let place = level_from_px(px, level);
-    let (x, y) = (place.x.round().max(0.0) as usize, place.y.round().max(0.0) as usize);
+    let on_level = |px: f64| ((px + 0.5) * f64::from(-level).exp2() - 0.5).round().max(0.0) as usize;
+    let (x, y) = (on_level(px.x), on_level(px.y));
     let descriptor = descriptor_at(x, y)?;
     Some(Described { px: *px, level, descriptor, landmark })
 }
