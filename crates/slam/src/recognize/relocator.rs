@@ -6,13 +6,13 @@ use visloc_core::geom::Camera;
 
 use super::{
     Located, Locator, Ranked, Refusal, View,
-    locate::{NEIGHBORS_SHARE, ProposedPlace},
+    locate::{NEIGHBORS_SHARE, ProposedPlace, SURE},
     support::num_supported,
 };
 use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
-    map::{KeyframeId, Map, MapId},
+    map::{KeyframeId, LandmarkId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, focal_px, scene_depth},
 };
 
@@ -111,6 +111,13 @@ impl Relocator {
                 Ok(located) => {
                     if is_doubting {
                         most_shared = most_shared.max(num_shared);
+                        // What is next to a place that is sure would be found to be there, too.
+                        if located.report.num_matched >= SURE * self.config.relocation.min_matches {
+                            let features = located.report.frame.features.iter();
+                            let seen: Vec<LandmarkId> = features.map(|feature| feature.landmark).collect();
+                            let near = map.sharing(&seen, NEIGHBORS_SHARE);
+                            near.iter().for_each(|(near, _)| is_tried[near.index()] = true);
+                        }
                     }
                     found.push(located);
                 }
