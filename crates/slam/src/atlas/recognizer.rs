@@ -201,7 +201,7 @@ impl Recognizer {
         let (candidate, is_faint) = find_candidate(map, keyframe, !was_refused)?;
         let is_near = |other: KeyframeId| other.index().abs_diff(candidate.index()) <= NEAR;
         // One that looks more alike now may be found after all.
-        if self.refused.iter().any(|refused| is_near(refused.candidate) && refused.is_faint <= is_faint) {
+        if self.refused.iter().any(|refused| is_near(refused.candidate) && (is_faint || !refused.is_faint)) {
             return None;
         }
         match self.sight(map, keyframe, candidate, None) {
