@@ -133,10 +133,16 @@ impl Relocator {
     }
 
     /// How much larger the pixels are than the smallest that a map was made with, octaves: 0 if they are not, at most so many that the finest
-    /// level on which landmarks are made lies where the coarsest one would.
+    /// level on which landmarks are made lies where the coarsest one would. A camera that sees more than those of the map is not enlarged
+    /// beyond their images, so that a search costs what it would with them.
     fn octaves_coarser(&self, map: &Map) -> i32 {
-        let focals = map.all_keyframes().map(|(_, keyframe)| focal_px(keyframe.camera(&self.camera)));
-        let octaves = (focals.fold(0.0, f64::max) / focal_px(&self.camera)).log2().round() as i32;
+        let larger_than = |own: &Camera, length: fn(&Camera) -> f64| {
+            let lengths = map.all_keyframes().map(|(_, keyframe)| length(keyframe.camera(own)));
+            lengths.fold(0.0, f64::max) / length(own)
+        };
+        let width = |camera: &Camera| f64::from(camera.size_px().0);
+        let ratio = larger_than(&self.camera, focal_px).min(larger_than(&self.camera, width));
+        let octaves = ratio.log2().round() as i32;
         octaves.clamp(0, self.config.features.search_levels.saturating_sub(1) as i32)
     }
 
