@@ -2,30 +2,23 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2, Rotation3};
-use visloc_core::{
-    Rng, Timestamp,
-    geom::{Camera, CameraFrame, Rigid3},
-    median,
-};
+use nalgebra::Rotation3;
+use visloc_core::{Rng, geom::Camera};
 
 use super::{
-    Follower, KnownMotion, LostTracks, PendingStart, RayPair, SAME_DEVIATION, SIGMA_PX, SURE, Sight,
-    StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, are_alike, confirm,
-    followed_covariance, is_clearly_better, negative_log_likelihood, shape_deviation, solve_two_view, verify,
+    Follower, KnownMotion, LostTracks, RayPair, SAME_DEVIATION, SIGMA_PX, SURE, StartWait, StartedMap, Track,
+    TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, are_alike, attempt::Attempt, confirm,
+    followed_covariance, is_clearly_better, negative_log_likelihood, shape_deviation, solve_two_view,
+    started::normalize_depth, verify,
 };
 use crate::{
-    atlas::Similarity,
-    backfill::MOST_WAITING,
     config::SlamConfig,
     feature::CornerGrid,
-    image::Pyramid,
-    lie::CameraFromWorld,
-    map::{Correction, KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, scaled},
-    mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
-    odometry::{CameraMotion, OdomPose, motion_deviations},
-    solve::{BundleMotion, PoseObservation, Rejection, robust_pose},
-    track::{Feature, Frame, Incoming, RotationAligner, focal_px, whitening},
+    map::{KeyframeId, Observation, scaled},
+    mapping::{adjust_all, corner_covariance, corners_in_two_passes},
+    odometry::{CameraMotion, motion_deviations},
+    solve::BundleMotion,
+    track::{Feature, Frame, Incoming, RotationAligner, focal_px},
 };
 
 /// What came of a frame.
@@ -37,44 +30,6 @@ pub enum StartStep {
     Started(Box<StartedMap>),
 }
 
-/// The first map.
-#[derive(Debug)]
-pub struct StartedMap {
-    /// Two keyframes and their landmarks; the median depth of the first is 1.
-    pub map: Map,
-    /// The first keyframe.
-    pub first: KeyframeId,
-    /// The newest keyframe.
-    pub second: KeyframeId,
-    /// Frame of the newest keyframe.
-    pub frame: Frame,
-    /// Poses of the frames between the two keyframes, found afterwards: number and pose.
-    pub between: Vec<(usize, CameraFromWorld)>,
-}
-
-impl StartedMap {
-    /// Takes the map to another frame and unit of length.
-    pub fn move_by(&mut self, similarity: &Similarity) {
-        let correction = |id| Correction {
-            keyframe: id,
-            camera_from_world: similarity.pose(self.map.keyframe(id).camera_from_world()),
-            scale: similarity.scale,
-        };
-        let corrections = [correction(self.first), correction(self.second)];
-        self.map.correct(&corrections);
-        self.frame.camera_from_world = similarity.pose(&self.frame.camera_from_world);
-        for (_, pose) in &mut self.between {
-            *pose = similarity.pose(pose);
-        }
-    }
-
-    /// Leaves odometry out of it.
-    pub fn forget_odometry(&mut self) {
-        self.map.forget_odometry();
-        self.frame.odometry = None;
-    }
-}
-
 /// Waits for two views that start a map.
 #[derive(Debug, Clone)]
 pub struct Initializer {
@@ -82,39 +37,6 @@ pub struct Initializer {
     config: SlamConfig,
     rotation_aligner: RotationAligner,
     attempt: Option<Attempt>,
-}
-
-/// Corners by their number, where they were found, and the covariance of that; pixels of level 0.
-type Places = Vec<(usize, Point2<f64>, Matrix2<f64>)>;
-
-/// Corners of one image on their way.
-#[derive(Debug, Clone)]
-struct Attempt {
-    follower: Follower,
-    number: usize,
-    at: Timestamp,
-    /// Where the odometry has the camera in the first frame.
-    odometry: Option<OdomPose>,
-    num_corners: usize,
-    /// Corners found in the first frame after that.
-    num_followable: Option<usize>,
-    last: Arc<Pyramid>,
-    /// For each frame since: its number and the corners found in it.
-    history: Vec<(usize, Places)>,
-    /// Motions that explained the frame before.
-    hints: Vec<TwoViewMotion>,
-    /// An earlier start that waits for more parallax to prove it.
-    pending: Option<PendingStart>,
-    /// Number of the first frame, of this attempt or one before it, that had one motion which explains it.
-    explained_since: Option<usize>,
-}
-
-impl Attempt {
-    /// Whether waiting for a motion that is known better begins to cost something, in a frame that one motion explains: frames that wait
-    /// get their poses afterwards, as many as are kept. What is wrong after that tracking will tell.
-    fn has_waited_enough(&mut self, number: usize) -> bool {
-        number - *self.explained_since.get_or_insert(number) >= MOST_WAITING
-    }
 }
 
 impl Initializer {
@@ -264,10 +186,10 @@ impl Initializer {
             {
                 return Err(StartWait::LittleParallax(parallax_rad));
             }
-            let depths = depths_of(attempt, &start);
+            let depths = attempt.depths(&start);
             confirm(&mut attempt.pending, depths, parallax_rad)?;
         }
-        let (mut map, landmarks) = self.build(attempt, &start, incoming);
+        let (mut map, landmarks) = attempt.build(&self.camera, &start, incoming);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
         if num_left < min_points {
@@ -275,7 +197,8 @@ impl Initializer {
         }
         let (first, second) = (KeyframeId(0), KeyframeId(1));
         normalize_depth(&mut map, first, second);
-        let between = self.poses_between(attempt, &map, &landmarks, rng);
+        let between =
+            attempt.poses_between((&self.camera, self.config.tracking.min_matches), &map, &landmarks, rng);
         let features = landmarks.iter().filter_map(|(id, _)| {
             let observation = map.landmark(*id).observation_in(second)?;
             let Observation { px, ray, level, covariance_px, .. } = observation;
@@ -311,7 +234,7 @@ impl Initializer {
         candidates: &[TwoView],
         known: Option<&KnownMotion>,
     ) -> Result<(VerifiedStart, f64), StartWait> {
-        let views = self.views(attempt);
+        let views = attempt.views(&self.camera);
         let known = known.map(|known| BundleMotion {
             cameras: (0, views.len() - 1),
             second_from_first: known.motion,
@@ -330,8 +253,8 @@ impl Initializer {
             return Err(StartWait::NoCommonMotion(0.0));
         };
         // Motions that make the same of the corners are one.
-        let depths = depths_of(attempt, best);
-        let rival = others.iter().find(|(other, _)| !are_alike(&depths, &depths_of(attempt, other)));
+        let depths = attempt.depths(best);
+        let rival = others.iter().find(|(other, _)| !are_alike(&depths, &attempt.depths(other)));
         if rival.is_some_and(|(rival, _)| !is_clearly_better(best, rival)) {
             return Err(StartWait::Ambiguous);
         }
@@ -342,110 +265,6 @@ impl Initializer {
             return Err(StartWait::LittleParallax(*parallax_rad));
         }
         Ok((best.clone(), *parallax_rad))
-    }
-
-    /// Rays of the corners that are still followed: in the first frame, in some on the way, and in the last.
-    fn views(&self, attempt: &Attempt) -> Vec<ViewRays> {
-        const MOST_BETWEEN: usize = 6;
-        let tracks = attempt.follower.tracks();
-        let sight = |px: &Point2<f64>, covariance_px| Sight { ray: self.camera.bearing(px), covariance_px };
-        let first =
-            tracks.iter().map(|track| Some(sight(&track.first_px, corner_covariance(track.level)))).collect();
-        let mut views: Vec<ViewRays> = vec![first];
-        let num = attempt.history.len();
-        let step = num.div_ceil(MOST_BETWEEN + 1).max(1);
-        // Counted from the end, so that the last frame is one of them.
-        for (_, places) in attempt.history.iter().rev().step_by(step).collect::<Vec<_>>().into_iter().rev() {
-            let mut rays = vec![None; attempt.num_corners];
-            for (track, px, covariance_px) in places {
-                rays[*track] = Some(sight(px, *covariance_px));
-            }
-            views.push(tracks.iter().map(|track| rays[track.number]).collect());
-        }
-        views
-    }
-
-    /// Both keyframes and a landmark for each point, with the number of its corner.
-    fn build(
-        &self,
-        attempt: &Attempt,
-        start: &VerifiedStart,
-        incoming: &Incoming<'_>,
-    ) -> (Map, Vec<(LandmarkId, usize)>) {
-        let mut map = Map::new();
-        let first = map.add_keyframe(NewKeyframe {
-            frame: attempt.number,
-            at: attempt.at,
-            pyramid: Arc::clone(attempt.follower.first()),
-            camera_from_world: CameraFromWorld::identity(),
-            turned_from: None,
-            odometry: attempt.odometry,
-        });
-        let turn = Rotation3::from_matrix_unchecked(*start.last_from_first.rotation());
-        let second = map.add_keyframe(NewKeyframe {
-            frame: incoming.number,
-            at: incoming.at,
-            pyramid: Arc::clone(incoming.pyramid),
-            camera_from_world: CameraFromWorld::new(turn, *start.last_from_first.translation()),
-            turned_from: None,
-            odometry: incoming.odometry,
-        });
-        let mut landmarks = Vec::new();
-        for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
-            let Some(point) = point else { continue };
-            let observation = |keyframe, px: Point2<f64>, covariance_px| Observation {
-                keyframe,
-                px,
-                ray: self.camera.bearing(&px),
-                level: track.level,
-                covariance_px,
-            };
-            let filter = DepthFilter::new(1.0 / point.z, 0.05 / point.z);
-            let id = map.add_landmark(
-                observation(first, track.first_px, corner_covariance(track.level)),
-                filter,
-                LandmarkState::Converged,
-            );
-            map.add_observation(id, observation(second, track.px, track.covariance_px));
-            landmarks.push((id, track.number));
-        }
-        (map, landmarks)
-    }
-
-    /// Poses of the frames on the way, from where the corners were in them.
-    fn poses_between(
-        &self,
-        attempt: &Attempt,
-        map: &Map,
-        landmarks: &[(LandmarkId, usize)],
-        rng: &mut Rng,
-    ) -> Vec<(usize, CameraFromWorld)> {
-        let mut landmark_of = vec![None; attempt.num_corners];
-        for (id, track) in landmarks {
-            landmark_of[*track] = Some(*id);
-        }
-        let rejection = Rejection { max_hypotheses: None, has_robust_weights: true };
-        let mut pose = CameraFromWorld::identity();
-        let mut poses = Vec::new();
-        let (_, before_last) =
-            attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
-        for (number, places) in before_last {
-            let observation = |(track, px, _): &(usize, Point2<f64>, Matrix2<f64>)| {
-                let landmark = map.landmark(landmark_of[*track]?);
-                let weight = whitening(focal_px(&self.camera), &(Matrix2::identity() * 0.25));
-                let ray = self.camera.bearing(px);
-                landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
-            };
-            let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
-            let robust = robust_pose(&pose, None, (&observations, rejection), rng);
-            if robust.num_inliers * 2 >= observations.len()
-                && robust.num_inliers >= self.config.tracking.min_matches
-            {
-                pose = robust.camera_from_world;
-                poses.push((*number, pose));
-            }
-        }
-        poses
     }
 }
 
@@ -467,27 +286,4 @@ fn known_by_odometry(motion: &CameraMotion) -> Option<KnownMotion> {
 /// A motion with a translation of length 1.
 fn direction_only(motion: &TwoViewMotion) -> TwoViewMotion {
     scaled(motion, 1.0 / motion.translation().norm().max(f64::MIN_POSITIVE))
-}
-
-/// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
-fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
-    let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
-    let depths = ids.iter().map(|id| map.landmark(*id).point_in_world.z);
-    let scale = 1.0 / median(depths).unwrap_or(1.0).max(1e-9);
-    let pose = map.keyframe(second).camera_from_world();
-    let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
-    let scaled: Rigid3<CameraFrame, _> = Rigid3::new(rotation, pose.translation() * scale);
-    map.set_pose(second, scaled);
-    for id in ids {
-        map.landmark_mut(id).point_in_world.coords *= scale;
-    }
-}
-
-/// Depth of each corner in the first camera, by its number.
-fn depths_of(attempt: &Attempt, start: &VerifiedStart) -> Vec<Option<f64>> {
-    let mut depths = vec![None; attempt.num_corners];
-    for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
-        depths[track.number] = point.map(|point| point.z);
-    }
-    depths
 }

@@ -6,41 +6,27 @@ use visloc_world::field::GoalColor;
 
 use super::{
     posts::WIDTH_RANGE,
+    row_profile::{RowProfile, third_of},
+    upright_borders::{HEIGHTS, UprightBorders},
     view::{GroundView, Seen},
 };
 use crate::vision::{
-    BorderPixel, FeatureKind, GoalPost,
+    BorderPixel, GoalPost,
     color::ColorClass,
     field::scan::{Run, ScanLine},
 };
 
-/// A post is looked at in so many heights.
-const HEIGHTS: usize = 24;
 /// Up to this height both borders have to be there: mostly it is below the camera, and what is behind is the floor. Meters.
 const BOTH_BELOW_M: f64 = 0.3;
 /// Up to this height one of them has to be there, where a wall as white as the post may hide the other: legs of robots are lower.
 const ONE_BELOW_M: f64 = 0.45;
-/// Of both borders up to there this share is seen, of each at least half: the bar at the foot of a net hides a part of one of them.
-const MIN_SHARE_OF_BOTH: f64 = 0.75;
-const MIN_SHARE_OF_EACH: f64 = 0.5;
-/// Of the better one up to the greater height this share.
-const MIN_SHARE_ABOVE: f64 = 0.7;
-/// Fewer heights than this tell nothing.
-const MIN_SEEN: usize = 5;
 /// A border changes the brightness by this share of the post's own.
 const MIN_CONTRAST: f64 = 0.05;
 /// The brightness of a post changes from height to height by at most this share.
 const MAX_STEP: f64 = 0.3;
-/// How far a border may lie from a straight line: as a share of the width, and in pixels.
-const MAX_BEND: f64 = 0.06;
-const MAX_BEND_PX: f64 = 0.8;
-/// Both borders run alike: the width at the top differs from that at the foot by at most this share.
-const MAX_TAPER: f64 = 0.25;
 /// Carpet is looked for so far to the sides of a post and so far behind it, meters.
 const BESIDE_M: [f64; 3] = [0.1, 0.2, 0.3];
 const BEHIND_M: f64 = 0.2;
-/// An upright thing leans by at most this in the image, columns a row.
-const MAX_SLOPE: f64 = 0.25;
 /// Below a foot carpet comes within this share of the post's width, at least so many pixels.
 const MAX_FOOT_GAP: f64 = 0.5;
 const MIN_FOOT_GAP_PX: f64 = 3.0;
@@ -78,7 +64,7 @@ pub(super) struct WhitePostFinder {
     found: Vec<Found>,
     /// Sides of the posts of this image, from the foot up.
     borders: Vec<BorderPixel>,
-    profile: Profile,
+    profile: RowProfile,
 }
 
 /// What is looked for, meters.
@@ -145,7 +131,12 @@ impl WhiteRun {
     }
 
     /// The post that this run is a part of.
-    fn post(&self, view: &GroundView, size: &PostSize, profile: &mut Profile) -> Option<(Found, Bar)> {
+    fn post(
+        &self,
+        view: &GroundView,
+        size: &PostSize,
+        profile: &mut RowProfile,
+    ) -> Option<(Found, UprightBorders)> {
         let expected = |raw: &Point2<f64>| {
             let front = view.ground(&view.camera().ideal_px(raw))?;
             let distance_m = (front.coords - view.eye().xy()).norm().hypot(view.eye().z);
@@ -230,14 +221,14 @@ impl WhiteRun {
         (foot, front): (&Point2<f64>, &Point2<f64>),
         width: f64,
         size: &PostSize,
-        profile: &mut Profile,
-    ) -> Option<Bar> {
+        profile: &mut RowProfile,
+    ) -> Option<UprightBorders> {
         let bottom = view.raw_px_of(&Point3::new(front.x, front.y, 0.0))?;
         // As far as a wall goes on to the side, and a robot's body does not, in widths of the post.
         let wall = BESIDE_M[2] / size.diameter_m;
         let mut off = self.center() - foot.x;
         let mut luma = None;
-        let mut bar = Bar::default();
+        let mut bar = UprightBorders::default();
         for i in 0..HEIGHTS {
             let z_m = size.height_m * (i as f64 + 0.5) / HEIGHTS as f64;
             let at = view.raw_px_of(&Point3::new(front.x, front.y, z_m))?;
@@ -296,180 +287,4 @@ fn carpet_goes_on(view: &GroundView, front: &Point2<f64>, diameter_m: f64, white
         let px = view.px(&(front + ahead * BEHIND_M + across * beside_m));
         px.is_some_and(|px| view.at_px(&px, white) == Seen::Carpet)
     })
-}
-
-/// What is seen of two upright borders.
-#[derive(Debug, Clone, Copy, Default)]
-struct Bar {
-    /// Rows of the heights, pixels.
-    rows: [f64; HEIGHTS],
-    /// Columns of the left and the right border there.
-    borders: [[Option<f64>; HEIGHTS]; 2],
-    /// Where the wall behind is as bright as the post, so that the border cannot be seen.
-    is_hidden: [[bool; HEIGHTS]; 2],
-    num: usize,
-    /// Heights at which both borders, or one, have to be there.
-    num_both: usize,
-    num_one: usize,
-    /// Column at row 0 and columns a row of both borders.
-    lines: [(f64, f64); 2],
-    /// How far a border may lie from its line, pixels.
-    most_px: f64,
-    width_px: f64,
-}
-
-impl Bar {
-    /// Whether the borders are straight, alike, and go as high as they have to.
-    fn judge(&mut self, foot_row: f64, width: f64, blur: f64) -> bool {
-        if self.num_both < MIN_SEEN {
-            return false;
-        }
-        let most = MAX_BEND * width + MAX_BEND_PX * blur;
-        self.most_px = most;
-        let (mut counts, mut visible) = ([[0; 2]; 2], [0; 2]);
-        for (side, count) in counts.iter_mut().enumerate() {
-            let Some(line) = self.straight(side, most) else { return false };
-            self.lines[side] = line;
-            let is_there = |i: &usize| self.is_on(side, *i, line, most);
-            *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
-            visible[side] = (0..self.num_one).filter(|i| is_there(i) || !self.is_hidden[side][*i]).count();
-        }
-        let share = |count: usize, of: usize| count as f64 / of as f64;
-        let width_at = |row: f64| self.column_of(1, row) - self.column_of(0, row);
-        let (low, high) = (width_at(foot_row), width_at(self.rows[self.num_both - 1]));
-        self.width_px = f64::midpoint(low, high);
-        let [[left, left_above], [right, right_above]] = counts;
-        share(left + right, 2 * self.num_both) >= MIN_SHARE_OF_BOTH
-            && share(left.min(right), self.num_both) >= MIN_SHARE_OF_EACH
-            && share(left_above, visible[0]).max(share(right_above, visible[1])) >= MIN_SHARE_ABOVE
-            && (high - low).abs() <= MAX_TAPER * self.width_px + 1.0
-    }
-
-    /// The borders on their straight lines.
-    fn add_borders(&self, view: &GroundView, out: &mut Vec<BorderPixel>) {
-        for i in 0..self.num {
-            for (side, inward) in [(0, Vector2::x()), (1, -Vector2::x())] {
-                let on_line =
-                    self.borders[side][i].filter(|_| self.is_on(side, i, self.lines[side], self.most_px));
-                out.extend(on_line.map(|x| BorderPixel {
-                    ideal_px: view.camera().ideal_px(&Point2::new(x, self.rows[i])),
-                    inward,
-                    kind: FeatureKind::WhiteGoal,
-                }));
-            }
-        }
-    }
-
-    fn is_on(&self, side: usize, i: usize, (column, slope): (f64, f64), most: f64) -> bool {
-        self.borders[side][i].is_some_and(|x| (x - column - slope * self.rows[i]).abs() <= most)
-    }
-
-    /// The straight line with the most columns of a border near it, of all through two of them; then the mean line of those.
-    fn straight(&self, side: usize, most: f64) -> Option<(f64, f64)> {
-        let mut best = (0, (0.0, 0.0));
-        for i in 0..self.num_one {
-            for j in i + 3..self.num_one {
-                let Some((a, b)) = self.borders[side][i].zip(self.borders[side][j]) else { continue };
-                let slope = (b - a) / (self.rows[j] - self.rows[i]);
-                let line = (a - slope * self.rows[i], slope);
-                let count = (0..self.num_one).filter(|k| self.is_on(side, *k, line, most)).count();
-                if count > best.0 && slope.abs() < MAX_SLOPE {
-                    best = (count, line);
-                }
-            }
-        }
-        if best.0 < 3 {
-            return None;
-        }
-        let (mut n, mut x, mut y, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for k in (0..self.num_one).filter(|k| self.is_on(side, *k, best.1, most)) {
-            let (column, row) = (self.borders[side][k]?, self.rows[k]);
-            n += 1.0;
-            x += column;
-            y += row;
-            xy += column * row;
-            yy += row * row;
-        }
-        let slope = (n * xy - x * y) / (n * yy - y * y);
-        Some(((x - slope * y) / n, slope))
-    }
-
-    fn column_of(&self, side: usize, row: f64) -> f64 {
-        self.lines[side].0 + self.lines[side].1 * row
-    }
-
-    /// Column of the axis, raw pixels.
-    fn column_at(&self, row: f64) -> f64 {
-        f64::midpoint(self.column_of(0, row), self.column_of(1, row))
-    }
-}
-
-/// Columns of a third of a post's width, pixels.
-fn third_of(width_px: f64) -> i64 {
-    ((width_px / 3.0).round() as i64).max(1)
-}
-
-/// Sums of the brightness along a part of a row.
-#[derive(Debug, Default)]
-struct Profile {
-    first: i64,
-    /// Of all columns from the first one on, before each.
-    sums: Vec<f64>,
-}
-
-impl Profile {
-    /// Reads the columns so far to both sides of a pixel, which must be in the image. Beyond the image it goes on as at its edge.
-    fn read(&mut self, view: &GroundView, middle: &Point2<f64>, reach: f64) -> bool {
-        let (from, to) = ((middle.x - reach).floor() as i64, (middle.x + reach).ceil() as i64);
-        self.first = from;
-        self.sums.clear();
-        self.sums.push(0.0);
-        let last = i64::from(view.width()) - 1;
-        if !(0.0..=last as f64).contains(&middle.x) {
-            return false;
-        }
-        let mut sum = 0.0;
-        for x in from..=to {
-            let Some(luma) = view.luma_in_column(x.clamp(0, last), middle.y) else { return false };
-            sum += luma;
-            self.sums.push(sum);
-        }
-        true
-    }
-
-    /// Mean brightness of some columns.
-    fn mean(&self, from: i64, num: i64) -> f64 {
-        let last = self.sums.len() as i64 - 1;
-        let at = |x: i64| self.sums[(x - self.first).clamp(0, last) as usize];
-        (at(from + num) - at(from)) / num as f64
-    }
-
-    /// By how much it is brighter from a column on than before it, so many columns each.
-    fn change(&self, x: i64, num: i64) -> f64 {
-        self.mean(x, num) - self.mean(x - num, num)
-    }
-
-    /// Whether the brightness nowhere changes by so much from one column to another.
-    fn is_even(&self, from: f64, to: f64, num: i64, most: f64) -> bool {
-        let (from, to) = (from.min(to).round() as i64, from.max(to).round() as i64);
-        (from..=to).all(|x| self.change(x, num).abs() < most)
-    }
-
-    /// Where the brightness changes most near a column, rising or falling if only one counts, if it changes by so much. What is compared
-    /// is a third of the post's width on both sides, so that no cord of a net is a border.
-    fn strongest_edge(&self, near: f64, width: f64, sign: Option<f64>, least: f64) -> Option<f64> {
-        let num = third_of(width);
-        let change = |x: i64| sign.map_or(self.change(x, num).abs(), |sign| sign * self.change(x, num));
-        let reach = width / 3.0 + 1.0;
-        let (from, to) = ((near - reach).round() as i64, (near + reach).round() as i64);
-        let (most, x) = (from..=to).map(|x| (change(x), x)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        if most < least {
-            return None;
-        }
-        let (before, after) = (change(x - 1), change(x + 1));
-        let bend = 2.0 * most - before - after;
-        let shift = if bend > 1e-9 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        // The change is between two columns.
-        Some(x as f64 - 0.5 + shift)
-    }
 }
