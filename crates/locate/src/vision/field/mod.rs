@@ -6,6 +6,7 @@
 mod analyzer;
 mod blobs;
 mod carpet;
+mod cells;
 mod config;
 mod edges;
 mod features;

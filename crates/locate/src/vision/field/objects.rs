@@ -7,24 +7,20 @@
 use std::ops::Range;
 
 use nalgebra::{Point2, Point3, Vector2};
-use visloc_core::{Frame, RgbImage, geom::Plane};
+use visloc_core::{Frame, geom::Plane};
 
-use super::FieldEnd;
+use super::{
+    FieldEnd,
+    cells::{CellSums, cell, log_ratio},
+};
 use crate::vision::{
     DetectedObject, GoalPost, ObjectKind,
     color::{ColorClass, ColorTable, luma},
 };
 
-/// Cells across the image: a ball of 10 cm at 3 m is six of them wide in a view of 46 degrees.
-const CELLS_ACROSS: u32 = 160;
-/// Probability that a cell of a robot or a ball does not have the carpet's color, and that one of the ground does not: a line.
-const OBJECT_IS_OTHER: f64 = 0.85;
-const GROUND_IS_OTHER: f64 = 0.1;
 /// Probability that a cell without the carpet's color is darker than the carpet, on a ball (a fifth of most is black) and on a line.
 const BALL_IS_DARK: f64 = 0.2;
 const LINE_IS_DARK: f64 = 0.01;
-/// Neighboring cells err alike: those of a part count as so many independent ones at most.
-const MAX_INDEPENDENT: f64 = 20.0;
 /// An object stands at one of a thousand places at most.
 const MIN_OBJECT_NATS: f64 = 7.0;
 /// Something that goes on on one side is as probable as the object, and is refuted by twenty to one.
@@ -46,96 +42,6 @@ const JUDGED_HEIGHT_M: f64 = 0.45;
 const MIN_JUDGED_M: f64 = 0.15;
 /// A post within this distance across the view explains what seems to be a robot, meters.
 const POST_REACH_M: f64 = 0.25;
-
-/// Cells that do not have the carpet's color, summed up from the upper left corner.
-#[derive(Debug, Default)]
-struct Sums {
-    cell_px: u32,
-    width: usize,
-    first_row: usize,
-    height: usize,
-    sums: Vec<u32>,
-    is_other: Vec<bool>,
-}
-
-impl Sums {
-    /// Looks at the middle of each cell below `first_row_px`.
-    fn fill(&mut self, image: &RgbImage, table: &ColorTable, first_row_px: f64) {
-        self.cell_px = (image.width() / CELLS_ACROSS).max(1);
-        self.width = (image.width() / self.cell_px) as usize;
-        self.height = (image.height() / self.cell_px) as usize;
-        self.first_row = cell(first_row_px / f64::from(self.cell_px), self.height);
-        let num_rows = self.height - self.first_row;
-        self.sums.clear();
-        self.sums.resize((self.width + 1) * (num_rows + 1), 0);
-        self.is_other.clear();
-        let half = self.cell_px / 2;
-        for row in 0..num_rows {
-            let y = (row + self.first_row) as u32 * self.cell_px + half;
-            let pixels = image.row(y)[3 * half as usize..].chunks(3 * self.cell_px as usize);
-            let is_other = |px: &[u8]| table.class(px[0], px[1], px[2]) != ColorClass::Green;
-            self.is_other.extend(pixels.take(self.width).map(is_other));
-            let mut in_row = 0;
-            let (above, below) = self.sums[row * (self.width + 1)..].split_at_mut(self.width + 1);
-            let of_row = &self.is_other[row * self.width..];
-            for ((sum, above), is_other) in below[1..].iter_mut().zip(&above[1..]).zip(of_row) {
-                in_row += u32::from(*is_other);
-                *sum = above + in_row;
-            }
-        }
-    }
-
-    /// Color of the middle of a cell.
-    fn color(&self, image: &RgbImage, column: usize, row: usize) -> [u8; 3] {
-        let px = |cell: usize| cell as u32 * self.cell_px + self.cell_px / 2;
-        image.get(px(column), px(row))
-    }
-
-    fn is_other(&self, column: usize, row: usize) -> bool {
-        self.is_other[(row - self.first_row) * self.width + column]
-    }
-
-    /// Column and row of the lowest cell of each thing: below it is carpet.
-    fn feet(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let rows = self.is_other.chunks_exact(self.width.max(1));
-        let pairs = rows.clone().zip(rows.skip(1)).enumerate();
-        pairs.flat_map(move |(i, (row, below))| {
-            let is_foot = row.iter().zip(below).map(|(is_other, below)| *is_other && !below);
-            is_foot
-                .enumerate()
-                .filter(|(_, is_foot)| *is_foot)
-                .map(move |(column, _)| (column, self.first_row + i))
-        })
-    }
-
-    /// Log of how much better the cells of a box fit an object than the ground; `None` if the box is outside of the image.
-    fn nats(&self, columns: &Range<f64>, rows: &Range<f64>) -> Option<f64> {
-        let (left, right) = (cell(columns.start, self.width), cell(columns.end, self.width));
-        let row = |row: f64| cell(row - self.first_row as f64, self.height - self.first_row);
-        let (top, bottom) = (row(rows.start), row(rows.end));
-        let num = ((right - left.min(right)) * (bottom - top.min(bottom))) as f64;
-        if num == 0.0 {
-            return None;
-        }
-        let sum = |row: usize, column: usize| self.sums[row * (self.width + 1) + column];
-        let num_other = sum(bottom, right) + sum(top, left) - sum(top, right) - sum(bottom, left);
-        Some(log_ratio((f64::from(num_other), num), OBJECT_IS_OTHER, GROUND_IS_OTHER))
-    }
-}
-
-/// Log of how much more probable it is that so many of all cells show something if each does with the first probability than with the second one.
-fn log_ratio((num_showing, num): (f64, f64), probability: f64, other: f64) -> f64 {
-    let share = num_showing / num;
-    let mean =
-        share * (probability / other).ln() + (1.0 - share) * ((1.0 - probability) / (1.0 - other)).ln();
-    mean * num.min(MAX_INDEPENDENT)
-}
-
-/// The nearest border between cells.
-fn cell(value: f64, end: usize) -> usize {
-    // What is negative becomes 0.
-    ((value + 0.5) as usize).min(end)
-}
 
 /// Cells of a box that do not have the carpet's color.
 #[derive(Debug, Clone, Copy, Default)]
@@ -182,7 +88,7 @@ pub(super) struct ObjectView<'a> {
 /// Finds robots and balls. Keeps its buffers from image to image.
 #[derive(Debug, Default)]
 pub(super) struct ObjectDetector {
-    sums: Sums,
+    cells: CellSums,
     candidates: Vec<DetectedObject>,
     objects: Vec<DetectedObject>,
 }
@@ -209,8 +115,8 @@ impl ObjectDetector {
         let first_row_px = field_end.hull().iter().map(|(_, row)| *row).fold(f64::INFINITY, f64::min);
         self.candidates.clear();
         self.objects.clear();
-        self.sums.fill(&frame.image, table, first_row_px);
-        for (column, row) in self.sums.feet() {
+        self.cells.fill(&frame.image, table, first_row_px);
+        for (column, row) in self.cells.feet() {
             let Some(foot) = self.foot(frame, field_end, column, row) else { continue };
             if foot.distance_m < view.own_body_m {
                 continue;
@@ -242,7 +148,7 @@ impl ObjectDetector {
 
     /// `None` above the end of the field.
     fn foot(&self, frame: &Frame, field_end: &FieldEnd, column: usize, row: usize) -> Option<Foot> {
-        let cell_px = f64::from(self.sums.cell_px);
+        let cell_px = f64::from(self.cells.cell_px);
         let (column, row) = (column as f64 + 0.5, row as f64 + 1.0);
         let px = Point2::new(column * cell_px, row * cell_px);
         let end_row = field_end.row_px(px.x) / cell_px;
@@ -281,7 +187,8 @@ impl ObjectDetector {
             let (left, top) = (middle.x + i * size, middle.y + j * size);
             (left..left + size, top..top + size)
         };
-        let nats = |(columns, rows): (Range<f64>, Range<f64>)| self.sums.nats(&columns, &rows).unwrap_or(0.0);
+        let nats =
+            |(columns, rows): (Range<f64>, Range<f64>)| self.cells.nats(&columns, &rows).unwrap_or(0.0);
         let inner =
             [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].map(|(i, j)| nats(tile(i, j, reach)));
         let evidence_nats = inner.iter().sum::<f64>();
@@ -306,7 +213,7 @@ impl ObjectDetector {
         if !(-2..2).all(|j| (-2..2).all(|i| is_inside(i, j) || is_other(i, j))) {
             return None;
         }
-        let cell_px = f64::from(self.sums.cell_px);
+        let cell_px = f64::from(self.cells.cell_px);
         let in_robot = ground_at(frame, &(middle * cell_px), 0.5 * diameter_m)?;
         let bounds_px = [x - 0.5 * size, bottom - size, x + 0.5 * size, bottom].map(|v| v * cell_px);
         Some(self.object(frame, ObjectKind::Ball, in_robot, bounds_px, evidence_nats))
@@ -315,12 +222,12 @@ impl ObjectDetector {
     /// Counts the colors of a box.
     fn colors(&self, view: &ObjectView<'_>, (columns, rows): &(Range<f64>, Range<f64>)) -> Colors {
         let cells = |range: &Range<f64>, end| cell(range.start, end)..cell(range.end, end);
-        let columns = cells(columns, self.sums.width);
-        let rows = cells(rows, self.sums.height);
+        let columns = cells(columns, self.cells.width);
+        let rows = cells(rows, self.cells.height);
         let mut colors = Colors::default();
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
-            if row >= self.sums.first_row && self.sums.is_other(column, row) {
-                let [r, g, b] = self.sums.color(&view.frame.image, column, row);
+            if row >= self.cells.first_row && self.cells.is_other(column, row) {
+                let [r, g, b] = self.cells.color(&view.frame.image, column, row);
                 let class = view.table.class(r, g, b);
                 let is_orange = class == ColorClass::Orange;
                 let is_goal = matches!(class, ColorClass::Yellow | ColorClass::Blue);
@@ -344,7 +251,7 @@ impl ObjectDetector {
         self.fits(&(x - half..x + half), &(top..bottom))?;
         // All four quarters are filled: legs apart leave the middle free, an arm or a line one of the quarters.
         let middle = 0.5 * (top + bottom);
-        let quarter = |columns: Range<f64>, rows: Range<f64>| self.sums.nats(&columns, &rows).unwrap_or(0.0);
+        let quarter = |columns: Range<f64>, rows: Range<f64>| self.cells.nats(&columns, &rows).unwrap_or(0.0);
         let inner = [
             quarter(x - half..x, top..middle),
             quarter(x..x + half, top..middle),
@@ -361,12 +268,12 @@ impl ObjectDetector {
         ];
         let is_alone = sides
             .iter()
-            .all(|(columns, rows)| self.sums.nats(columns, rows).is_some_and(|nats| -nats >= MIN_SIDE_NATS));
+            .all(|(columns, rows)| self.cells.nats(columns, rows).is_some_and(|nats| -nats >= MIN_SIDE_NATS));
         if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) || !is_alone {
             return None;
         }
         let frame = view.frame;
-        let cell_px = f64::from(self.sums.cell_px);
+        let cell_px = f64::from(self.cells.cell_px);
         let front = ground_at(frame, &(Point2::new(x, bottom) * cell_px), 0.0)?;
         let in_robot = front + front.coords.normalize() * FOOT_TO_MIDDLE_M;
         let bounds_px = [x - half, top, x + half, bottom].map(|v| v * cell_px);
@@ -375,14 +282,14 @@ impl ObjectDetector {
 
     /// A post that is too near to be seen in whole is named by nobody, but has its color: of a robot that is a jersey at most.
     fn is_of_goal(&self, view: &ObjectView<'_>, candidate: &DetectedObject) -> bool {
-        let cell_px = f64::from(self.sums.cell_px);
+        let cell_px = f64::from(self.cells.cell_px);
         let [left, top, right, bottom] = candidate.bounds_px.map(|border| border / cell_px);
         self.colors(view, &(left..right, top..bottom)).is_mostly_goal()
     }
 
     /// Most boxes fail here, before anything else is looked at.
     fn fits(&self, columns: &Range<f64>, rows: &Range<f64>) -> Option<()> {
-        (self.sums.nats(columns, rows)? > 0.0).then_some(())
+        (self.cells.nats(columns, rows)? > 0.0).then_some(())
     }
 
     /// With the covariance that follows from the direction of the camera and the size of a cell.
@@ -397,7 +304,7 @@ impl ObjectDetector {
         let eye = frame.robot_from_camera.translation();
         let away = in_robot.coords - eye.xy();
         let distance_m = away.norm().max(1e-3);
-        let cell_rad = f64::from(self.sums.cell_px) / frame.camera.focal_px().0;
+        let cell_rad = f64::from(self.cells.cell_px) / frame.camera.focal_px().0;
         let sigma_rad = DIRECTION_SIGMA_RAD.hypot(cell_rad);
         let range_sigma_m = (distance_m.powi(2) + eye.z.powi(2)) / eye.z.max(1e-3) * sigma_rad;
         let across_sigma_m =
@@ -433,7 +340,7 @@ fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
 mod tests {
     use nalgebra::{Matrix3, Rotation3, Vector3};
     use visloc_core::{
-        RngTree, Timestamp,
+        RgbImage, RngTree, Timestamp,
         geom::{Camera, CameraFrame, Rigid3, Robot},
     };
 
