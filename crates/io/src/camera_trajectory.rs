@@ -103,6 +103,44 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
     Ok(CameraTrajectoryFile { trajectory, format, is_in_map_units, skipped })
 }
 
+/// The times of the poses of a KITTI file by `times.txt`: beside `poses.txt`, or in `sequences/06` beside the folder of `poses/06.txt`, as
+/// the benchmark has it. `None` if there is no such file.
+///
+/// # Errors
+/// If it cannot be read, times do not increase, or it has fewer times than there are poses.
+pub fn kitti_times(poses: &Path, num_poses: usize) -> Result<Option<Vec<Timestamp>>, FileError> {
+    let beside = poses.with_file_name("times.txt");
+    let of_benchmark = || {
+        let sequences = poses.parent()?.parent()?.join("sequences");
+        Some(sequences.join(poses.file_stem()?).join("times.txt"))
+    };
+    let Some(path) = [Some(beside), of_benchmark()].into_iter().flatten().find(|path| files::is_there(path))
+    else {
+        return Ok(None);
+    };
+    let times = read_times(&path)?;
+    if times.len() < num_poses {
+        let reason = format!("expected a time for each of {num_poses} poses, found {}", times.len());
+        return Err(FileError::form(&path, reason));
+    }
+    Ok(Some(times))
+}
+
+/// Times in seconds, one in each line, each after the one before.
+pub(crate) fn read_times(path: &Path) -> Result<Vec<Timestamp>, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
+    let mut stamps: Vec<Timestamp> = Vec::new();
+    for (number, line) in data_lines(&text) {
+        let at = parse_secs(line).map_err(FileError::line(path, number))?;
+        if let Some(last) = stamps.last().filter(|last| **last >= at) {
+            let reason = format!("expected a time after {last}, found {at}");
+            return Err(FileError::line(path, number)(reason));
+        }
+        stamps.push(at);
+    }
+    Ok(stamps)
+}
+
 fn recognize(line: &str) -> Result<TrajectoryFormat, String> {
     let (columns, fields) = (line.split(',').count(), line.split_whitespace().count());
     match (columns, fields) {

@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader,
+    Limits, metadata::Orientation,
+};
 use thiserror::Error;
 use visloc_core::{GrayImage, RgbImage, files, geom::MAX_IMAGE_SIDE_PX};
 
@@ -49,7 +52,8 @@ pub enum ImageCodecError {
     },
 }
 
-/// Decodes JPEG or PNG bytes, whatever they contain: gray and 16-bit pictures become 8-bit color, 12 bits in 16 too.
+/// Decodes JPEG or PNG bytes, whatever they contain: gray and 16-bit pictures become 8-bit color, 12 bits in 16 too. A picture whose Exif data
+/// say that it is turned is turned back.
 ///
 /// # Errors
 /// If the bytes are not such a picture, are cut off, or the picture is larger than 16384 px a side.
@@ -98,12 +102,25 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     limits.max_image_width = Some(MAX_IMAGE_SIDE_PX);
     limits.max_image_height = Some(MAX_IMAGE_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODE_BYTES);
-    reader.limits(limits);
-    let decoded = reader.decode().map_err(|error| match error {
+    let decoded = upright(reader, limits).map_err(|error| match error {
         ImageError::Limits(_) => decode_error(too_large(bytes)),
         error => decode_error(error.to_string()),
     });
     Ok(in_8_bits(decoded?))
+}
+
+/// Decodes, and turns the picture as its Exif data say that it is to be looked at: cameras that were held upright or upside down write it as their
+/// sensor has it.
+fn upright(mut reader: ImageReader<Cursor<&[u8]>>, mut limits: Limits) -> Result<DynamicImage, ImageError> {
+    reader.limits(limits.clone());
+    let mut decoder = reader.into_decoder()?;
+    limits.reserve(decoder.total_bytes())?;
+    decoder.set_limits(limits)?;
+    // Data that cannot be read say nothing.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let mut image = DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
+    Ok(image)
 }
 
 /// Values of 16 bits in 8, as those of raw images.
@@ -372,6 +389,28 @@ mod tests {
         assert!(
             decode(&with_thumbnail[..with_thumbnail.len() - 50]).unwrap_err().to_string().contains("cut off")
         );
+    }
+
+    #[test]
+    fn a_picture_is_turned_as_its_exif_data_say() {
+        let jpeg = encode_jpeg(&gradient(), 95).unwrap();
+        let picture = decode(&jpeg).unwrap();
+        let with_orientation = |value: u8| {
+            // A TIFF directory with one entry: tag 0x112, one short number.
+            let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, value, 0, 0, 0];
+            let exif = [&b"Exif\0\0II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat();
+            let length = u16::try_from(exif.len() + 2).unwrap().to_be_bytes();
+            [&jpeg[..2], &[0xff, 0xe1], &length, &exif, &jpeg[2..]].concat()
+        };
+        assert_eq!(decode(&with_orientation(1)).unwrap(), picture);
+        let upside_down = decode(&with_orientation(3)).unwrap();
+        assert_eq!(upside_down.get(31, 23), picture.get(0, 0));
+        let (w, h) = (picture.width(), picture.height());
+        let on_its_side = decode_gray(&with_orientation(6)).unwrap();
+        assert_eq!((on_its_side.width() as u32, on_its_side.height() as u32), (h, w));
+        let gray = decode_gray(&jpeg).unwrap();
+        // The upper left corner of what the sensor saw is the upper right one of what was seen.
+        assert_eq!(on_its_side.get(h as usize - 1, 0), gray.get(0, 0));
     }
 
     #[test]

@@ -3,10 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use thiserror::Error;
 use visloc_core::{CameraPose, CameraTrajectory, Timestamp, eval::camera as eval};
-use visloc_slam::{
-    atlas::Similarity,
-    map::{Keyframe, KeyframeId, MapId},
-};
+use visloc_slam::{atlas::Similarity, map::MapId};
 
 use crate::{
     MapScale, ScaleSource, VisualMap,
@@ -27,6 +24,8 @@ const MOST_MISFIT: f64 = 0.2;
 const MOST_SIGMAS: f64 = 4.0;
 /// Cosine of the angle up to which cameras are held upright in the mean: 60 degrees.
 const LEAST_UPRIGHT: f64 = 0.5;
+/// All sessions are aligned together if they fit that well, in units of how well the best one does.
+const ALIKE: f64 = 3.0;
 /// Between two keyframes a camera is this share of the distance to the nearer one off the straight way: that of an arc of a sixth of a turn.
 const OFF_THE_CHORD: f64 = 0.25;
 
@@ -76,32 +75,34 @@ pub struct ScaledBetween {
 }
 
 impl VisualMap {
-    /// The keyframes of a map as a trajectory, in order of time.
-    pub fn way(&self, map: MapId) -> CameraTrajectory {
-        let pose = |(_, k): (KeyframeId, &Keyframe)| CameraPose {
-            at: k.at,
-            world_from_camera: k.camera_from_world().inverse(),
-        };
-        let of_map = self.map.all_keyframes().filter(|(_, keyframe)| keyframe.map == map);
-        let mut poses: Vec<CameraPose> = of_map.map(pose).collect();
-        poses.sort_by_key(|pose| pose.at);
-        let mut way = CameraTrajectory::new();
-        for pose in poses {
-            // A second keyframe of the same time is left out.
-            let _ = way.push(pose);
+    /// The keyframes of a map as trajectories, one for each session by whose clock they were taken: where the time goes back, another
+    /// session has gone on in the map.
+    pub fn ways(&self, map: MapId) -> Vec<CameraTrajectory> {
+        let mut ways: Vec<CameraTrajectory> = Vec::new();
+        for (_, keyframe) in self.map.all_keyframes().filter(|(_, keyframe)| keyframe.map == map) {
+            let world_from_camera = keyframe.camera_from_world().inverse();
+            let pose = CameraPose { at: keyframe.at, world_from_camera };
+            if ways.last_mut().is_none_or(|way| way.push(pose).is_err()) {
+                let mut way = CameraTrajectory::new();
+                if way.push(pose).is_ok() {
+                    ways.push(way);
+                }
+            }
         }
-        way
+        ways
     }
 
     /// Turns, enlarges and moves a map to known places of its camera, and to their directions where these are the camera's own. `None` if
     /// fewer than four keyframes have one, or if they lie about on a line and their directions do not help.
     pub fn align(&mut self, map: MapId, truth: &CameraTrajectory) -> Option<Aligned> {
-        let pairs = eval::associate(truth, &self.way(map), TOLERANCE_SECS);
-        if pairs.len() < LEAST_PAIRS {
-            return None;
-        }
-        let Fit { similarity, rmse, turn_sigma_rad } =
-            fit(&pairs).filter(|fit| fit.turn_sigma_rad <= MOST_TURN_RAD)?;
+        let of_sessions: Vec<Vec<eval::PosePair>> =
+            self.ways(map).iter().map(|way| eval::associate(truth, way, TOLERANCE_SECS)).collect();
+        let all = Known::of(of_sessions.concat());
+        let best = of_sessions.into_iter().filter_map(Known::of).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        // The truth may be that of one session, whose clock showed the times of others, too.
+        let is_of_all = |all: &Known| best.as_ref().is_none_or(|best| all.misfit <= ALIKE * best.misfit);
+        let Known { pairs, fit, .. } = all.filter(is_of_all).or(best)?;
+        let Fit { similarity, rmse, turn_sigma_rad } = fit;
         let spread = Scatter::of(&pairs).truth.trace().sqrt();
         let aligned = Aligned {
             num_pairs: pairs.len(),
@@ -126,21 +127,13 @@ impl VisualMap {
         times_secs: [f64; 2],
         meters: f64,
     ) -> Result<ScaledBetween, BetweenError> {
-        let way = self.way(map);
+        // Of a map in which others have gone on, the first session that was under way then.
+        let ways = self.ways(map);
+        let found = ways.iter().map(|way| Ok((way, during(way.poses(), times_secs)?)));
+        let found = found.reduce(|first, next| first.or_else(|error| next.map_err(|_| error)));
+        let (way, secs) = found.unwrap_or(Err(BetweenError::SamePlace))?;
         let way = way.poses();
-        let [first, .., last] = way else { return Err(BetweenError::SamePlace) };
-        let (first_secs, last_secs) = (first.at.secs(), last.at.secs());
-        // Images may come before the first keyframe and after the last one.
-        let slack_secs = 0.5;
-        let after_first = |secs: f64| {
-            let all = -slack_secs..=last_secs - first_secs + slack_secs;
-            [secs - first_secs, secs].into_iter().find(|after| all.contains(after))
-        };
-        let mut secs = [0.0; 2];
-        for (after, found_secs) in secs.iter_mut().zip(times_secs) {
-            *after =
-                after_first(found_secs).ok_or(BetweenError::Outside { first_secs, last_secs, found_secs })?;
-        }
+        let first = way.first().ok_or(BetweenError::SamePlace)?;
         let [(from, from_off), (to, to_off)] = secs.map(|secs| place_at(way, first.at + secs));
         let distance = (from - to).norm();
         let scale = meters / distance;
@@ -186,6 +179,24 @@ impl VisualMap {
         let ups = ups.map(|(_, keyframe)| -keyframe.camera_from_world().rotation().row(1).transpose());
         let (sum, num) = ups.fold((Vector3::zeros(), 0.0), |(sum, num), up| (sum + up, num + 1.0));
         sum.z > LEAST_UPRIGHT * num
+    }
+}
+
+/// Keyframes whose places are known, and the similarity that takes them there.
+struct Known {
+    pairs: Vec<eval::PosePair>,
+    fit: Fit,
+    /// What is left as a share of how far the places are spread.
+    misfit: f64,
+}
+
+impl Known {
+    /// `None` if there are too few, or if they do not fix the similarity.
+    fn of(pairs: Vec<eval::PosePair>) -> Option<Self> {
+        let fit =
+            fit(&pairs).filter(|fit| pairs.len() >= LEAST_PAIRS && fit.turn_sigma_rad <= MOST_TURN_RAD)?;
+        let misfit = fit.rmse / Scatter::of(&pairs).truth.trace().sqrt();
+        Some(Self { pairs, fit, misfit })
     }
 }
 
@@ -289,6 +300,21 @@ fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let mut signs = Vector3::new(1.0, 1.0, 1.0);
     signs[svd.singular_values.imin()] = (u.determinant() * v_t.determinant()).signum();
     Some(u * Matrix3::from_diagonal(&signs) * v_t)
+}
+
+/// Times as seconds after the first of some keyframes: they are given so, or as those of the images.
+fn during(way: &[CameraPose], times_secs: [f64; 2]) -> Result<[f64; 2], BetweenError> {
+    // Images may come before the first keyframe and after the last one.
+    const SLACK_SECS: f64 = 0.5;
+    let [first, .., last] = way else { return Err(BetweenError::SamePlace) };
+    let (first_secs, last_secs) = (first.at.secs(), last.at.secs());
+    let all = -SLACK_SECS..=last_secs - first_secs + SLACK_SECS;
+    let mut secs = [0.0; 2];
+    for (after, found_secs) in secs.iter_mut().zip(times_secs) {
+        let given = [found_secs - first_secs, found_secs].into_iter().find(|after| all.contains(after));
+        *after = given.ok_or(BetweenError::Outside { first_secs, last_secs, found_secs })?;
+    }
+    Ok(secs)
 }
 
 /// Where the camera was, on straight lines between keyframes, and how far from the nearest keyframe.

@@ -182,13 +182,13 @@ fn a_map_of_a_robot_has_the_frame_of_its_odometry_and_keeps_it() {
     let largest = map.largest().unwrap();
     assert_eq!((map.scale(largest).source, map.is_level(largest)), (ScaleSource::Odometry, true));
     map.map.check().unwrap();
-    for pose in map.way(largest).poses() {
+    for pose in map.ways(largest)[0].poses() {
         let truth = clip.truth.nearest(pose.at, 0.01).unwrap().world_from_camera;
         let apart = truth.inverse() * pose.world_from_camera;
         assert!(apart.translation().norm() < 0.05 && apart.rotation_angle_rad() < 0.02, "{apart:?}");
     }
     // A camera on no robot goes on in it.
-    let before = map.way(largest);
+    let before = map.ways(largest).remove(0);
     let mut slam =
         Slam::resume(map.map.clone(), &clip.camera, &config(), 1, visloc_slam::Schedule::Sequential).unwrap();
     for (number, (_, image)) in clip.images.iter().enumerate() {
@@ -197,7 +197,7 @@ fn a_map_of_a_robot_has_the_frame_of_its_odometry_and_keeps_it() {
     slam.finish();
     let after = map.after(&slam, Session::default());
     assert!(after.is_level(largest) && after.scale(largest).source == ScaleSource::Odometry);
-    let (first, now) = (before.poses()[0], after.way(largest).poses()[0]);
+    let (first, now) = (before.poses()[0], after.ways(largest)[0].poses()[0]);
     assert!((first.world_from_camera.translation() - now.world_from_camera.translation()).norm() < 0.01);
 }
 
@@ -220,7 +220,7 @@ fn two_maps_of_one_desk_become_one_in_the_frame_that_is_known() {
     second.align(largest, &clip.truth).unwrap();
     let counts = |map: &VisualMap| (map.map.all_keyframes().count(), map.map.all_landmarks().count());
     let (a, b) = (counts(&first), counts(&second));
-    let before = second.way(largest);
+    let before = second.ways(largest).remove(0);
     let (merged, how) = first.merged_with(second, &config(), 1).unwrap().unwrap();
     merged.map.check().unwrap();
     assert!(how.num_keyframes >= 3 && how.num_same > 20, "{how:?}");
@@ -229,11 +229,9 @@ fn two_maps_of_one_desk_become_one_in_the_frame_that_is_known() {
     // The aligned map stays where it is, though it was named second, and the other one came to it.
     let map = merged.largest().unwrap();
     assert_eq!(merged.scale(map).source, ScaleSource::Aligned);
-    let way = merged.way(map);
-    assert_eq!(
-        way.poses().len(),
-        merged.map.all_keyframes().map(|(_, k)| k.at).collect::<std::collections::BTreeSet<_>>().len()
-    );
+    let ways = merged.ways(map);
+    let num_poses: usize = ways.iter().map(|way| way.poses().len()).sum();
+    assert_eq!((ways.len(), num_poses), (2, a.0 + b.0));
     for pose in before.poses() {
         let now = merged
             .map
@@ -241,7 +239,7 @@ fn two_maps_of_one_desk_become_one_in_the_frame_that_is_known() {
             .any(|(_, k)| k.camera_from_world().inverse() == pose.world_from_camera);
         assert!(now, "{:?} has moved", pose.at);
     }
-    for pose in way.poses() {
+    for pose in ways.iter().flat_map(CameraTrajectory::poses) {
         let truth = clip.truth.nearest(pose.at, 0.01).unwrap().world_from_camera;
         let apart = (truth.translation() - pose.world_from_camera.translation()).norm();
         assert!(apart < 0.05, "{apart} m at {:?}", pose.at);
@@ -339,4 +337,29 @@ fn a_place_that_is_there_twice_is_claimed_once_the_camera_sees_what_only_one_of_
         let places = localizer.hypotheses();
         assert!(places[0].map == of_whole && places[1..].iter().all(|place| place.probability < 0.1));
     }
+}
+
+#[test]
+fn a_map_in_which_others_went_on_is_aligned_to_the_truth_of_one_of_them() {
+    let clip = clip();
+    let first = map_of(&clip, clip.images[..40].iter());
+    // By the clock of the second session its images were taken when those of the first one were.
+    let times = clip.images.iter().map(|(at, _)| *at);
+    let again: Vec<_> = times.zip(clip.images[20..].iter().map(|(_, image)| image.clone())).collect();
+    let second = map_of(&clip, again.iter());
+    let mut alone = map_of(&clip, clip.images[..40].iter());
+    let expected = alone.align(alone.largest().unwrap(), &clip.truth).unwrap();
+    let (mut merged, _) = first.merged_with(second, &config(), 1).unwrap().unwrap();
+    let map = merged.largest().unwrap();
+    assert_eq!(merged.ways(map).len(), 2);
+    let mut scaled = merged.clone();
+    let aligned = merged.align(map, &clip.truth).unwrap();
+    assert_eq!(aligned.num_pairs, expected.num_pairs);
+    assert!((aligned.scale / expected.scale - 1.0).abs() < 0.02, "{aligned:?}, {expected:?}");
+    // Seconds after the first keyframe are those of the first session.
+    let [from, to] = [0.0, 1.0].map(|secs| clip.images[0].0 + secs);
+    let place = |at| *clip.truth.nearest(at, 0.02).unwrap().world_from_camera.translation();
+    let meters = (place(from) - place(to)).norm();
+    let between = scaled.scale_by_distance(map, [0.0, 1.0], meters).unwrap();
+    assert!((between.scale / expected.scale - 1.0).abs() < 0.1, "{between:?}, {expected:?}");
 }

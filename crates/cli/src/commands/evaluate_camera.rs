@@ -8,7 +8,9 @@ use visloc_core::{
     eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors},
     files,
 };
-use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
+use visloc_io::camera_trajectory::{
+    CameraTrajectoryFile, TrajectoryFormat, kitti_times, read_camera_trajectory_file,
+};
 
 use crate::{
     args::{EvaluateArgs, TrajectoryKind},
@@ -55,11 +57,20 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     }
     let (truth, truth_format) = read(&args.truth)?;
     let (estimate, format) = read(&args.estimate)?;
-    if (truth_format == TrajectoryFormat::Kitti) != (format == TrajectoryFormat::Kitti) {
+    let are_by_number = [truth_format, format].map(|format| format == TrajectoryFormat::Kitti);
+    let (truth, estimate) = match are_by_number {
+        [true, false] => (timed(&args.truth, &truth)?, estimate),
+        [false, true] => (truth, timed(&args.estimate, &estimate)?),
+        _ => (truth, estimate),
+    };
+    let nums = [&truth, &estimate].map(|trajectory| trajectory.poses().len());
+    if are_by_number == [true, true] && nums[0] != nums[1] {
         bail!(
-            "{} and {}: expected times in both files or in none (KITTI), found them in one",
+            "{} and {}: expected poses of the same images in files without times (KITTI), found {} and {} poses; give the estimate with times (TUM)",
             args.truth.display(),
-            args.estimate.display()
+            args.estimate.display(),
+            nums[0],
+            nums[1]
         );
     }
     let estimate = shifted(&estimate, args.camera.offset.unwrap_or(0.0));
@@ -130,6 +141,24 @@ fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
         );
     }
     Ok((trajectory, format))
+}
+
+/// The poses of a KITTI file, which has no times, with those beside it.
+fn timed(path: &Path, trajectory: &CameraTrajectory) -> Result<CameraTrajectory> {
+    let poses = trajectory.poses();
+    let Some(times) = kitti_times(path, poses.len())? else {
+        bail!(
+            "{}: expected times in both files or in none (KITTI), found them in the other one only; put them into {}, one a line",
+            path.display(),
+            path.with_file_name("times.txt").display()
+        );
+    };
+    let mut timed = CameraTrajectory::new();
+    for (pose, at) in poses.iter().zip(times) {
+        // In order, as they were read.
+        let _ = timed.push(CameraPose { at, ..*pose });
+    }
+    Ok(timed)
 }
 
 fn shifted(trajectory: &CameraTrajectory, offset_secs: f64) -> CameraTrajectory {

@@ -18,8 +18,8 @@ impl Progress {
         set_style(
             &bar,
             match num_frames {
-                Some(_) => "{bar:40} {pos}/{len} frames  {per_sec:.0}  {left}  {msg}",
-                None => "{spinner} {pos} frames  {per_sec:.0}  {msg}",
+                Some(_) => "{wide_bar} {pos}/{len} frames  {rate}  {left}  {msg}",
+                None => "{spinner} {pos} frames  {rate}  {msg}",
             },
         );
         Self { bar }
@@ -41,7 +41,7 @@ impl Progress {
     /// A bar for the runs of an experiment.
     pub fn runs() -> Self {
         let bar = ProgressBar::new(0);
-        set_style(&bar, "{bar:40} {pos}/{len} runs  {left}");
+        set_style(&bar, "{wide_bar} {pos}/{len} runs  {left}");
         Self { bar }
     }
 
@@ -62,14 +62,18 @@ impl Progress {
     }
 }
 
-/// Says how a bar looks; `{left}` is the time that is left, once something is done that tells it.
+/// Says how a bar looks; `{left}` is the time that is left, once something is done that tells it, `{rate}` how much is done in a second.
 fn set_style(bar: &ProgressBar, template: &str) {
     let Ok(style) = ProgressStyle::with_template(template) else { return };
-    bar.set_style(style.with_key("left", |state: &ProgressState, text: &mut dyn Write| {
+    let left = |state: &ProgressState, text: &mut dyn Write| {
         if state.pos() > 0 {
             let _ = write!(text, "{:#} left", HumanDuration(state.eta()));
         }
-    }));
+    };
+    let rate = |state: &ProgressState, text: &mut dyn Write| {
+        let _ = write!(text, "{:.0}/s", state.per_sec());
+    };
+    bar.set_style(style.with_key("left", left).with_key("rate", rate));
 }
 
 impl Spectator for Progress {

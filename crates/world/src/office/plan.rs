@@ -22,13 +22,13 @@ pub struct OfficePlan {
     #[serde(default = "default_floor_color")]
     pub floor_color: SurfaceColor,
     /// Floors with walls all around. Without any, the floor is what the walls enclose.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub corridors: Vec<CorridorPlan>,
     /// Walls that stand by themselves.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<WallPlan>,
     /// Doors in these walls.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doors: Vec<DoorPlan>,
 }
 

@@ -14,9 +14,9 @@ use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files};
 use super::{Contents, Layout, first_file, numbered::image_files, tum};
 use crate::{
     FileError,
-    camera_trajectory::parse_kitti,
+    camera_trajectory::{parse_kitti, read_times},
     sequence::ImageFile,
-    text::{data_lines, parse_secs},
+    text::data_lines,
 };
 
 pub(super) const LAYOUT: Layout = Layout {
@@ -75,20 +75,6 @@ fn read_images(folder: &Path) -> Result<Contents, FileError> {
     }
     contents.images = stamps.into_iter().zip(paths).map(|(at, path)| ImageFile { at, path }).collect();
     Ok(contents)
-}
-
-fn read_times(path: &Path) -> Result<Vec<Timestamp>, FileError> {
-    let text = files::read_text(path).map_err(FileError::io(path))?;
-    let mut stamps: Vec<Timestamp> = Vec::new();
-    for (number, line) in data_lines(&text) {
-        let at = parse_secs(line).map_err(FileError::line(path, number))?;
-        if let Some(last) = stamps.last().filter(|last| **last >= at) {
-            let reason = format!("expected a time after {last}, found {at}");
-            return Err(FileError::line(path, number)(reason));
-        }
-        stamps.push(at);
-    }
-    Ok(stamps)
 }
 
 /// `poses.txt`, or `../../poses/06.txt` of `sequences/06`.

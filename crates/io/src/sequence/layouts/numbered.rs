@@ -9,7 +9,7 @@ use visloc_core::Timestamp;
 
 use crate::FileError;
 
-/// All PNG and JPEG files of a folder, by the last number in their names and then by name.
+/// All PNG and JPEG files of a folder, in the order of all numbers in their names: 2 comes before 10.
 pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(FileError::io(folder))? {
@@ -18,8 +18,27 @@ pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
             paths.push(path);
         }
     }
-    paths.sort_by_key(|path| (number_in(path), path.clone()));
+    paths.sort_by_cached_key(|path| (in_pieces(path), path.clone()));
     Ok(paths)
+}
+
+/// A piece of a name: a number, or what is between two of them. What is too long for a number is text.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Piece {
+    Number(u128),
+    Text(String),
+}
+
+/// The name of a file, piece by piece.
+fn in_pieces(path: &Path) -> Vec<Piece> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let chars: Vec<char> = stem.chars().collect();
+    let pieces = chars.chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit());
+    let piece = |piece: &[char]| {
+        let text: String = piece.iter().collect();
+        text.parse().map_or(Piece::Text(text), Piece::Number)
+    };
+    pieces.map(piece).collect()
 }
 
 /// When an image was taken, by its number: datasets without times have 30 a second.
@@ -78,6 +97,24 @@ mod tests {
         assert_eq!(number("rgb/0017.png"), Some(17));
         assert_eq!(number("left12-00003_a.jpg"), Some(3));
         assert_eq!(number("image.png"), None);
+    }
+
+    #[test]
+    fn images_come_in_the_order_of_all_numbers_in_their_names() {
+        let orders: [&[&str]; 4] = [
+            &["2.png", "10.png", "011.png"],
+            &["clip1_frame9.jpg", "clip1_frame10.jpg", "clip2_frame0.jpg"],
+            &["2024-05-01_12-00-00.900.jpg", "2024-05-01_12-00-01.000.jpg", "2024-05-01_12-00-01.100.jpg"],
+            &["IMG_1.jpg", "IMG_2 (1).jpg", "IMG_2 (2).jpg", "IMG_10.jpg"],
+        ];
+        for order in orders {
+            let folder = tempfile::tempdir().unwrap();
+            order.iter().for_each(|name| fs::write(folder.path().join(name), "").unwrap());
+            let paths = image_files(folder.path()).unwrap();
+            let names: Vec<_> =
+                paths.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+            assert_eq!(names, order);
+        }
     }
 
     #[test]
