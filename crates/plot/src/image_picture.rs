@@ -1,5 +1,7 @@
 //! A camera image with what was found in it.
 
+use std::borrow::Cow;
+
 use visloc_core::RgbImage;
 
 use crate::{
@@ -9,6 +11,8 @@ use crate::{
 };
 
 const MARGIN_PX: f64 = 24.0;
+/// Longest side of the image in a picture, so that what is written beside it can be read and a page can show it.
+const MOST_SIDE_PX: f64 = 1280.0;
 
 /// An image and what is drawn over it. Places are pixels of the image; (0, 0) is the center of its top left pixel.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,7 +23,7 @@ pub struct ImagePicture {
     pub subtitle: String,
     /// The image.
     pub image: RgbImage,
-    /// How many times it is enlarged; at least 1 is used.
+    /// How many times it is enlarged; at least 1 is used, but a large image is made smaller.
     pub enlargement: u32,
     /// Below everything else.
     pub boxes: Vec<ImageBoxes>,
@@ -67,8 +71,8 @@ pub struct ImageDots {
 /// The image enlarged without smoothing, and everything over it. Kinds without a single member are left out, of the
 /// legend too.
 pub fn image_picture(input: &ImagePicture) -> Picture {
-    let scale = f64::from(input.enlargement.max(1));
     let (width_px, height_px) = (f64::from(input.image.width()), f64::from(input.image.height()));
+    let scale = f64::from(input.enlargement.max(1)).min(MOST_SIDE_PX / width_px.max(height_px).max(1.0));
     let right = MARGIN_PX + width_px * scale;
     let header = Header::new((MARGIN_PX, right), &input.title, &input.subtitle, legend(input));
     let top = header.height_px() + 10.0;
@@ -76,7 +80,7 @@ pub fn image_picture(input: &ImagePicture) -> Picture {
     let mut canvas = Canvas::new(right + MARGIN_PX, rect.bottom + MARGIN_PX);
     header.draw(&mut canvas);
     canvas.begin_part("image");
-    if let Some(png) = png_of(&input.image) {
+    if let Some(png) = png_of(&smaller(&input.image, (1.0 / scale) as u32)) {
         canvas.png(&rect, &png);
     }
     canvas.end_group();
@@ -92,7 +96,7 @@ pub fn image_picture(input: &ImagePicture) -> Picture {
     for dots in &input.dots {
         let paint = Paint::fill(dots.color).outlined(Color::BLACK, 0.8);
         for point in &dots.points_px {
-            canvas.circle(place(*point), 0.5 * dots.diameter_px * scale, &paint);
+            canvas.circle(place(*point), 0.5 * dots.diameter_px * scale.max(1.0), &paint);
         }
     }
     canvas.end_group();
@@ -122,6 +126,23 @@ fn legend(input: &ImagePicture) -> Vec<LegendEntry> {
     let boxes = input.boxes.iter().filter(|boxes| !boxes.bounds_px.is_empty());
     let boxes = boxes.map(|boxes| LegendEntry::new(&boxes.label, Symbol::Patch(boxes.color, 0.5)));
     dots.chain(lines).chain(boxes).collect()
+}
+
+/// The means of squares of so many pixels a side.
+fn smaller(image: &RgbImage, side: u32) -> Cow<'_, RgbImage> {
+    if side < 2 {
+        return Cow::Borrowed(image);
+    }
+    let mut small = RgbImage::new(image.width() / side, image.height() / side);
+    for (x, y) in (0..small.height()).flat_map(|y| (0..image.width() / side).map(move |x| (x, y))) {
+        let mut sums = [0; 3];
+        for (i, j) in (0..side).flat_map(|j| (0..side).map(move |i| (i, j))) {
+            let px = image.get(side * x + i, side * y + j);
+            sums.iter_mut().zip(px).for_each(|(sum, value)| *sum += u32::from(value));
+        }
+        small.set(x, y, sums.map(|sum| (sum / (side * side)) as u8));
+    }
+    Cow::Owned(small)
 }
 
 /// `None` for an image without pixels.
@@ -187,5 +208,16 @@ mod tests {
         let svg = image_picture(&picture()).svg().to_owned();
         assert!(svg.contains("kept (1)") && !svg.contains("none"));
         let _ = image_picture(&ImagePicture::default());
+    }
+
+    #[test]
+    fn a_large_image_is_made_smaller() {
+        let mut image = RgbImage::new(4000, 3000);
+        image.data_mut().fill(90);
+        let input = ImagePicture { image, dots: picture().dots, ..ImagePicture::default() };
+        let drawn = image_picture(&input);
+        let width_px: f64 = drawn.svg().split('"').nth(3).unwrap().parse().unwrap();
+        assert!(width_px < 1400.0, "{width_px}");
+        assert_eq!(smaller(&input.image, 3).get(1332, 999), [90; 3]);
     }
 }

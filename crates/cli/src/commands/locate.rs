@@ -142,12 +142,11 @@ fn print(answer: &PhotoAnswer, photo: &Photo) {
         "{:4.0} %  at a place that is not among these, or it shows too little",
         100.0 * answer.elsewhere
     );
-    let best = answer.poses.first().map_or(0.0, |pose| pose.probability);
     let unknown: Vec<&str> = [("--pitch", photo.pitch_down_rad), ("--height", photo.height_m)]
         .into_iter()
         .filter_map(|(option, given)| given.is_none().then_some(option))
         .collect();
-    if best < ABOUT_SURE && !unknown.is_empty() {
+    if !unknown.is_empty() {
         say::line!(
             "It is told better if the camera's pose over the ground is known: {}",
             unknown.join(" and ")

@@ -105,9 +105,17 @@ impl AnalysisSnapshot {
 
     /// The picture.
     pub fn draw(&self) -> Picture {
-        let kept = self.picture.dots.iter().filter(|dots| dots.label.starts_with("kept"));
-        let num_kept: usize = kept.map(|dots| dots.points_px.len()).sum();
-        let subtitle = format!("image at {:.1} s; {num_kept} pixels go to the localizer", self.secs);
+        let num_of = |is_meant: &dyn Fn(&str) -> bool| -> usize {
+            let meant = self.picture.dots.iter().filter(|dots| is_meant(&dots.label));
+            meant.map(|dots| dots.points_px.len()).sum()
+        };
+        let num_kept = num_of(&|label| label.starts_with("kept"));
+        let num_discarded = num_of(&|label| label == DropReason::RandomDiscard.name());
+        let subtitle = format!(
+            "image at {:.1} s; {} border pixels passed all filters, of which twenty pixels are the large ones",
+            self.secs,
+            num_kept + num_discarded
+        );
         image_picture(&ImagePicture { subtitle, ..self.picture.clone() })
     }
 }

@@ -206,7 +206,9 @@ fn no_calibration(folder: &Path, looked_for: &Path) -> FileError {
     let name = looked_for.file_name().map_or_else(|| "camera.yaml".into(), |name| name.to_string_lossy());
     FileError::form(
         folder,
-        format!("expected a calibration ({name}), found none; give one with --camera FILE"),
+        format!(
+            "expected a calibration ({name}), found none; give one with --camera FILE (make it of photos of a board: visloc calibrate)"
+        ),
     )
 }
 

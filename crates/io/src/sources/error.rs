@@ -101,7 +101,7 @@ pub enum SourcesError {
     },
     /// The calibration is missing.
     #[error(
-        "{argument}: expected a calibration of the camera; give one with --camera FILE (docs/own-camera.md)"
+        "{argument}: expected a calibration of the camera; give one with --camera FILE (docs/own-camera.md), make it of photos of a board with visloc calibrate"
     )]
     NoCamera {
         /// What the user wrote.
