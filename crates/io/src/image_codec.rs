@@ -89,7 +89,7 @@ pub fn decode_gray(bytes: &[u8]) -> Result<GrayImage, ImageCodecError> {
 
 fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     let decode_error = |reason: String| ImageCodecError::Decode { num_bytes: bytes.len(), reason };
-    let mut reader = ImageReader::new(Cursor::new(bytes))
+    let reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| decode_error(error.to_string()))?;
     match reader.format() {
