@@ -55,24 +55,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
             );
         }
     }
-    let (truth, truth_format) = read(&args.truth)?;
-    let (estimate, format) = read(&args.estimate)?;
-    let are_by_number = [truth_format, format].map(|format| format == TrajectoryFormat::Kitti);
-    let (truth, estimate) = match are_by_number {
-        [true, false] => (timed(&args.truth, &truth)?, estimate),
-        [false, true] => (truth, timed(&args.estimate, &estimate)?),
-        _ => (truth, estimate),
-    };
-    let nums = [&truth, &estimate].map(|trajectory| trajectory.poses().len());
-    if are_by_number == [true, true] && nums[0] != nums[1] {
-        bail!(
-            "{} and {}: expected poses of the same images in files without times (KITTI), found {} and {} poses; give the estimate with times (TUM)",
-            args.truth.display(),
-            args.estimate.display(),
-            nums[0],
-            nums[1]
-        );
-    }
+    let (truth, estimate) = read_both(args)?;
     let estimate = shifted(&estimate, args.camera.offset.unwrap_or(0.0));
     let max_diff = args.camera.max_diff.unwrap_or(MAX_DIFF_SECS);
     let pairs = associate(&truth, &estimate, max_diff);
@@ -141,6 +124,29 @@ fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
         );
     }
     Ok((trajectory, format))
+}
+
+/// Truth and estimate by the same clock: if one of them has no times (KITTI), with those that stand beside it; if none has, by their numbers.
+fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory)> {
+    let (truth, truth_format) = read(&args.truth)?;
+    let (estimate, format) = read(&args.estimate)?;
+    match [truth_format, format].map(|format| format == TrajectoryFormat::Kitti) {
+        [true, false] => return Ok((timed(&args.truth, &truth)?, estimate)),
+        [false, true] => return Ok((truth, timed(&args.estimate, &estimate)?)),
+        [false, false] => return Ok((truth, estimate)),
+        [true, true] => {}
+    }
+    let nums = [&truth, &estimate].map(|trajectory| trajectory.poses().len());
+    if nums[0] != nums[1] {
+        bail!(
+            "{} and {}: expected poses of the same images in files without times (KITTI), found {} and {} poses; give the estimate with times (TUM)",
+            args.truth.display(),
+            args.estimate.display(),
+            nums[0],
+            nums[1]
+        );
+    }
+    Ok((truth, estimate))
 }
 
 /// The poses of a KITTI file, which has no times, with those beside it.

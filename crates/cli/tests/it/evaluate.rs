@@ -96,3 +96,32 @@ fn cameras_are_aligned_and_compared() {
     let outcome = workspace.visloc(&[&files[..], &["--delta", "far"]].concat());
     assert!(outcome.code == 2 && outcome.stderr.contains("0.5m"), "{}", outcome.stderr);
 }
+
+#[test]
+fn a_truth_without_times_takes_those_beside_it() {
+    let workspace = Workspace::new();
+    let (truth, estimate) = loops();
+    // The rotation of the quaternion, and the place behind each row.
+    let row = |line: &str| {
+        let fields: Vec<&str> = line.split(' ').collect();
+        format!("0 0 1 {} 1 0 0 {} 0 1 0 {}\n", fields[1], fields[2], fields[3])
+    };
+    workspace.write("poses.txt", &truth.lines().map(row).collect::<String>());
+    workspace.write("estimate.tum", &estimate);
+    let files = ["evaluate", "poses.txt", "estimate.tum", "--json", "e.json"];
+    let error = workspace.refused(&files);
+    assert!(error.contains("times.txt"), "{error}");
+    let times = |num: usize| (0..num).map(|i| format!("{:.2}\n", i as f64 / 10.0)).collect::<String>();
+    workspace.write("times.txt", &times(99));
+    let error = workspace.refused(&files);
+    assert!(error.contains("times.txt") && error.contains("99"), "{error}");
+    workspace.write("times.txt", &times(100));
+    workspace.must(&files);
+    let report = workspace.json("e.json");
+    assert_eq!(report["pairs"], 100);
+    assert!(report["ate_m"]["rmse"].as_f64().unwrap() < 1e-6, "{report}");
+    // By number only poses of the same images can be compared.
+    workspace.write("part.txt", &truth.lines().take(40).map(row).collect::<String>());
+    let error = workspace.refused(&["evaluate", "poses.txt", "part.txt"]);
+    assert!(error.contains("100 and 40 poses"), "{error}");
+}
