@@ -84,9 +84,9 @@ impl VisualMap {
             let pose = CameraPose { at: keyframe.at, world_from_camera };
             if ways.last_mut().is_none_or(|way| way.push(pose).is_err()) {
                 let mut way = CameraTrajectory::new();
-                if way.push(pose).is_ok() {
-                    ways.push(way);
-                }
+                // The first one has none before it.
+                let _ = way.push(pose);
+                ways.push(way);
             }
         }
         ways
@@ -101,13 +101,12 @@ impl VisualMap {
         let best = of_sessions.into_iter().filter_map(Known::of).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
         // The truth may be that of one session, whose clock showed the times of others, too.
         let is_of_all = |all: &Known| best.as_ref().is_none_or(|best| all.misfit <= ALIKE * best.misfit);
-        let Known { pairs, fit, .. } = all.filter(is_of_all).or(best)?;
+        let Known { num_pairs, fit, misfit } = all.filter(is_of_all).or(best)?;
         let Fit { similarity, rmse, turn_sigma_rad } = fit;
-        let spread = Scatter::of(&pairs).truth.trace().sqrt();
         let aligned = Aligned {
-            num_pairs: pairs.len(),
+            num_pairs,
             scale: similarity.scale,
-            relative_sigma: rmse / 3_f64.sqrt() / spread,
+            relative_sigma: misfit / 3_f64.sqrt(),
             turn_sigma_rad,
             rmse_m: rmse,
         };
@@ -182,9 +181,9 @@ impl VisualMap {
     }
 }
 
-/// Keyframes whose places are known, and the similarity that takes them there.
+/// How keyframes are taken to their known places.
 struct Known {
-    pairs: Vec<eval::PosePair>,
+    num_pairs: usize,
     fit: Fit,
     /// What is left as a share of how far the places are spread.
     misfit: f64,
@@ -196,7 +195,7 @@ impl Known {
         let fit =
             fit(&pairs).filter(|fit| pairs.len() >= LEAST_PAIRS && fit.turn_sigma_rad <= MOST_TURN_RAD)?;
         let misfit = fit.rmse / Scatter::of(&pairs).truth.trace().sqrt();
-        Some(Self { pairs, fit, misfit })
+        Some(Self { num_pairs: pairs.len(), fit, misfit })
     }
 }
 

@@ -112,7 +112,7 @@ impl AnalysisSnapshot {
         let num_kept = num_of(&|label| label.starts_with("kept"));
         let num_discarded = num_of(&|label| label == DropReason::RandomDiscard.name());
         let subtitle = format!(
-            "image at {:.1} s; {} border pixels passed all filters, of which twenty pixels are the large ones",
+            "image at {:.1} s; {} border pixels passed all filters; large: those of --features pixels",
             self.secs,
             num_kept + num_discarded
         );
