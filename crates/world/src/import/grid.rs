@@ -19,7 +19,10 @@ use super::{
     outline::{Cell, Cells, outlines},
     yaml_error,
 };
-use crate::{MapError, office::OfficePlan};
+use crate::{
+    MapError,
+    office::{OfficePlan, check::open_conflicting_sides},
+};
 
 /// The YAML file. The defaults are what `map_saver` writes.
 #[derive(Deserialize)]
@@ -119,6 +122,10 @@ pub(crate) fn read_grid(
     for corner in plan.corridors.iter_mut().flat_map(|corridor| &mut corridor.outline) {
         let [x, y] = *corner;
         *corner = [grid.origin[0] + cos * x - sin * y, grid.origin[1] + sin * x + cos * y];
+    }
+    for _ in 0..open_conflicting_sides(&mut plan) {
+        let part = Part { what: "side of an outline on or across another one".to_owned(), ..Part::default() };
+        notes.passed_over(&part, "a strip as narrow as its cells");
     }
     if plan.corridors.is_empty() {
         return Err(refused("image", "free cells", "none, after free_thresh, mode and negate".to_owned()));

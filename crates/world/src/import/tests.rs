@@ -1,5 +1,8 @@
 use std::{fs, path::PathBuf};
 
+use rand::RngExt as _;
+use visloc_core::{Rng, RngTree};
+
 use super::{Import, read_dxf, read_svg};
 use crate::{
     Map,
@@ -235,4 +238,43 @@ fn errors_of_a_grid_name_key_and_picture() {
     let no_resolution = error(&GRID.replace("resolution: 0.05\n", ""));
     assert!(no_resolution.contains("missing field `resolution`"), "{no_resolution}");
     assert!(!no_resolution.contains("column"), "the place is told once: {no_resolution}");
+}
+
+/// A room whose mapping looked through its windows: strips of free cells in every direction, as narrow as one cell, each with an occupied
+/// one at its end.
+fn with_rays(rng: &mut Rng) -> Vec<u8> {
+    const SIZE: (usize, usize) = (120, 90);
+    let mut cells = [205; SIZE.0 * SIZE.1];
+    for (x, y) in (20..100).flat_map(|x| (19..71).map(move |y| (x, y))) {
+        cells[y * SIZE.0 + x] = if y == 19 || y == 70 { 0 } else { 254 };
+    }
+    for _ in 0..30 {
+        let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+        let length = rng.random_range(30.0..70.0);
+        let mut last = 0;
+        for step in 0..140 {
+            let ahead = 0.5 * f64::from(step);
+            let (x, y) = (60.5 + ahead * cos, 45.5 + ahead * sin);
+            if ahead < length && (0.0..SIZE.0 as f64).contains(&x) && (0.0..SIZE.1 as f64).contains(&y) {
+                last = y as usize * SIZE.0 + x as usize;
+                cells[last] = 254;
+            }
+        }
+        cells[last] = 0;
+    }
+    [format!("P5\n{} {}\n255\n", SIZE.0, SIZE.1).as_bytes(), &cells].concat()
+}
+
+#[test]
+fn grids_with_ragged_borders_are_maps() {
+    let folder = Folder::new("ragged");
+    for seed in 0..60 {
+        let mut rng = RngTree::new(seed).stream("rays", 0);
+        fs::write(folder.0.join("grid.pgm"), with_rays(&mut rng)).unwrap();
+        let map = folder.load(GRID).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let Map::Office(office) = map else { panic!("a building") };
+        assert!(office.free_space().contains(1.0, 0.0), "seed {seed}: the room is free");
+        let back = Map::parse("written", &Map::Office(office).to_toml().unwrap());
+        assert!(back.is_ok(), "seed {seed}: {back:?}");
+    }
 }

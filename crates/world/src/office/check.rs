@@ -1,8 +1,8 @@
 //! What can be wrong with a plan.
 
 use super::{
-    OfficePlan, Wall,
-    geometry::{ON_WALL_M, point},
+    CorridorPlan, OfficePlan, Wall,
+    geometry::{ON_WALL_M, point, walls_of},
 };
 use crate::MapError;
 
@@ -128,33 +128,19 @@ impl Check<'_> {
                 return self.fail(&wall.origin, "a length of at least 0.05 m", format!("{length_m:.3} m"));
             }
         }
-        // Sorted by their least x, so that walls far from each other are never compared.
-        let min_x = |wall: &Wall| wall.start.x.min(wall.end.x);
-        let max_x = |wall: &Wall| wall.start.x.max(wall.end.x);
-        let mut order: Vec<_> = walls.iter().collect();
-        order.sort_by(|a, b| min_x(a).total_cmp(&min_x(b)));
-        for (i, wall) in order.iter().enumerate() {
-            let near = order[i + 1..].iter().take_while(|other| min_x(other) <= max_x(wall) + ON_WALL_M);
-            let is_beside = |other: &&&Wall| {
-                other.start.y.min(other.end.y) <= wall.start.y.max(wall.end.y) + ON_WALL_M
-                    && wall.start.y.min(wall.end.y) <= other.start.y.max(other.end.y) + ON_WALL_M
-            };
-            for other in near.filter(is_beside).filter(|other| other.origin != wall.origin) {
-                let overlap_m = overlap_m(wall, other);
-                if overlap_m > TOUCH_M {
-                    let (first, second) =
-                        if wall.origin < other.origin { (wall, other) } else { (other, wall) };
-                    let found = format!("{overlap_m:.2} m of it on {}", second.origin);
-                    return self.fail(&first.origin, "a wall that overlaps no other", found);
-                }
-                if is_side(wall) && is_side(other) && is_crossing(wall, other) {
-                    let expected = "an outline that crosses neither itself nor another one";
-                    let found = format!("it crosses {}", other.origin);
-                    return self.fail(&wall.origin, expected, found);
-                }
+        let Some((wall, other, conflict)) = conflicts(walls).next() else { return Ok(()) };
+        let (wall, other) = (&walls[wall], &walls[other]);
+        match conflict {
+            Conflict::Overlap { length_m } => {
+                let (first, second) = if wall.origin < other.origin { (wall, other) } else { (other, wall) };
+                let found = format!("{length_m:.2} m of it on {}", second.origin);
+                self.fail(&first.origin, "a wall that overlaps no other", found)
+            }
+            Conflict::Crossing => {
+                let expected = "an outline that crosses neither itself nor another one";
+                self.fail(&wall.origin, expected, format!("it crosses {}", other.origin))
             }
         }
-        Ok(())
     }
 
     fn doors(&self, plan: &OfficePlan, walls: &[Wall]) -> Result<(), MapError> {
@@ -206,6 +192,75 @@ impl Check<'_> {
         }
         Ok(())
     }
+}
+
+/// What two walls of a plan may not do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Conflict {
+    /// They lie on each other for this long.
+    Overlap { length_m: f64 },
+    /// Two sides of outlines cross.
+    Crossing,
+}
+
+/// Pairs of walls that overlap or cross, as indices.
+fn conflicts(walls: &[Wall]) -> impl Iterator<Item = (usize, usize, Conflict)> {
+    // Sorted by their least x, so that walls far from each other are never compared.
+    let min_x = |i: usize| walls[i].start.x.min(walls[i].end.x);
+    let max_x = |i: usize| walls[i].start.x.max(walls[i].end.x);
+    let is_beside = |a: &Wall, b: &Wall| {
+        b.start.y.min(b.end.y) <= a.start.y.max(a.end.y) + ON_WALL_M
+            && a.start.y.min(a.end.y) <= b.start.y.max(b.end.y) + ON_WALL_M
+    };
+    let mut order: Vec<usize> = (0..walls.len()).collect();
+    order.sort_by(|a, b| min_x(*a).total_cmp(&min_x(*b)));
+    (0..order.len()).flat_map(move |at| {
+        let first = order[at];
+        let end = max_x(first) + ON_WALL_M;
+        let near = order[at + 1..].iter().copied().take_while(|second| min_x(*second) <= end);
+        let found = near.filter_map(|second| {
+            let (wall, other) = (&walls[first], &walls[second]);
+            if !is_beside(wall, other) || wall.origin == other.origin {
+                return None;
+            }
+            let length_m = overlap_m(wall, other);
+            if length_m > TOUCH_M {
+                return Some((first, second, Conflict::Overlap { length_m }));
+            }
+            let is_crossed = is_side(wall) && is_side(other) && is_crossing(wall, other);
+            is_crossed.then_some((first, second, Conflict::Crossing))
+        });
+        found.collect::<Vec<_>>()
+    })
+}
+
+/// Opens the shorter one of two sides of outlines that overlap or cross, and says how many: where a plan comes from cells, strips narrower
+/// than what its outlines are straightened by become such pairs.
+pub(crate) fn open_conflicting_sides(plan: &mut OfficePlan) -> usize {
+    if (Check { name: "" }).counts(plan).is_err() {
+        return 0;
+    }
+    // In the order of the walls that come of them.
+    let sides: Vec<(usize, usize)> = plan.corridors.iter().enumerate().flat_map(walled_sides).collect();
+    let walls = walls_of(plan);
+    let length_m = |i: usize| (walls[i].end - walls[i].start).norm();
+    let mut is_open = vec![false; sides.len()];
+    for (a, b, _) in conflicts(&walls).filter(|(a, b, _)| a.max(b) < &sides.len()) {
+        if !is_open[a] && !is_open[b] {
+            is_open[if length_m(a) < length_m(b) { a } else { b }] = true;
+        }
+    }
+    for ((corridor, side), _) in sides.iter().zip(&is_open).filter(|(_, is_open)| **is_open) {
+        plan.corridors[*corridor].open_sides.push(*side);
+    }
+    plan.corridors.iter_mut().for_each(|corridor| corridor.open_sides.sort_unstable());
+    is_open.iter().filter(|is_open| **is_open).count()
+}
+
+/// The sides of an outline that are walls, each with the corridor's number.
+fn walled_sides((i, corridor): (usize, &CorridorPlan)) -> Vec<(usize, usize)> {
+    let sides = 0..corridor.outline.len();
+    sides.filter(|side| !corridor.open_sides.contains(side)).map(|side| (i, side)).collect()
 }
 
 /// Length for which two walls lie on each other, meters.

@@ -180,7 +180,7 @@ pub(super) fn point(xy: [f64; 2]) -> Point2<f64> {
 }
 
 /// All walls of a plan, seen from their free side.
-fn walls_of(plan: &OfficePlan) -> Vec<Wall> {
+pub(super) fn walls_of(plan: &OfficePlan) -> Vec<Wall> {
     let mut walls = Vec::new();
     let extents: Vec<[Point2<f64>; 2]> = plan.corridors.iter().map(|c| extent(&c.outline)).collect();
     for (i, corridor) in plan.corridors.iter().enumerate() {
