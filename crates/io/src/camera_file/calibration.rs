@@ -1,9 +1,9 @@
 //! Calibrations in the files that datasets and calibrators write. Which form a file has is told from its content:
 //!
 //! * `key: value` (YAML): `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion: [k1, k2, p1, p2, k3]`, `fps`; the same with the
-//!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`), of ROS and OpenCV (`image_width`,
-//!   `camera_matrix`, `distortion_coefficients`) and of ORB-SLAM (`Camera.fx`, `Camera.k1`, ...);
-//! * the forms of [`crate::camera_file`]: our TOML, `camchain.yaml` of Kalibr, `camera_matrix` with the size of the images;
+//!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`) and of ORB-SLAM (`Camera.fx`,
+//!   `Camera.k1`, ...);
+//! * our TOML, `camchain.yaml` of Kalibr, and the camera matrix that ROS, OpenCV and programs with it write (YAML or JSON), by whatever name;
 //! * COLMAP's `cameras.txt` and the `transforms.json` of nerfstudio, the first camera;
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
@@ -19,7 +19,7 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Distortion, Rigid3},
 };
 
-use super::read::in_known_form;
+use super::{models::in_form_of_model, read::in_known_form, yaml_forms::matrices};
 use crate::{
     FileError,
     text::{data_lines, parse_number},
@@ -91,7 +91,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             ..Calibration::pinhole(camera.focal_px(), camera.center_px())
         });
     }
-    if let Some(calibration) = super::models::in_form_of_model(&text) {
+    if let Some(calibration) = matrices(&text).or_else(|| in_form_of_model(&text)) {
         return calibration.map_err(|reason| FileError::form(path, reason));
     }
     let second = data_lines(&text).nth(1).map_or(0, |(_, line)| line.split_whitespace().count());
@@ -226,13 +226,6 @@ impl<'a> Keys<'a> {
             };
             return Ok(((*fx, *fy), (*cx, *cy)));
         }
-        if let Some((line, k)) = self.list(&["camera_matrix.data", "camera_matrix", "K", "k"])? {
-            if k.len() != 9 {
-                let reason = format!("expected the 9 numbers of a camera matrix, found {}", k.len());
-                return Err(FileError::line(self.path, line)(reason));
-            }
-            return Ok(((k[0], k[4]), (k[2], k[5])));
-        }
         let focal = (self.number(&["fx", "Camera.fx", "Camera1.fx"])?, self.fy()?);
         let center_x = self.number(&["cx", "Camera.cx", "Camera1.cx"])?;
         Ok((focal, (center_x, self.number(&["cy", "Camera.cy", "Camera1.cy"])?)))
@@ -266,17 +259,7 @@ impl<'a> Keys<'a> {
     fn distortion(&self) -> Result<Distortion, FileError> {
         const KNOWN: [&str; 6] = ["radial-tangential", "radtan", "plumb_bob", "opencv", "pinhole", "none"];
         const FISHEYE: [&str; 3] = ["equidistant", "kannala-brandt", "fisheye"];
-        let names = [
-            "distortion",
-            "distortion_coefficients",
-            "distortion_coefficients.data",
-            "distortion_coeffs",
-            "dist_coeffs",
-            "dist_coeff",
-            "D",
-            "d",
-        ];
-        let list = self.list(&names)?;
+        let list = self.list(&["distortion", "distortion_coefficients", "distortion_coeffs"])?;
         if let Some((line, model)) = self.find(&["distortion_model"]) {
             let model = model.trim_matches(['"', '\'']).to_lowercase();
             if let (true, Some((_, [k1, k2, k3, k4]))) =
@@ -388,6 +371,39 @@ mod tests {
             read(&format!("image_width: 640\nimage_height: 480\n{rows}")).unwrap().size_px,
             Some((640, 480))
         );
+    }
+
+    #[test]
+    fn a_camera_matrix_by_whatever_name() {
+        let matrix = "[500, 0, 319.5, 0, 501, 239.5, 0, 0, 1]";
+        let rows = "[[500, 0, 319.5], [0, 501, 239.5], [0, 0, 1]]";
+        let opencv = format!("!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: {matrix}");
+        let k = "[0.1, -0.2, 0.001, 0.002, 0]";
+        let ours = Calibration { size_px: None, rate_hz: None, ..read(OURS).unwrap() };
+        for text in [
+            format!(
+                "%YAML:1.0\n---\nM1: {opencv}\nD1: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: {k}\n"
+            ),
+            format!("K: {opencv}\nD: {k}\n"),
+            format!("cameraMatrix: {rows}\ndistCoeffs: [{k}]\nrvec: [0.1, 0.2, 0.3]\n"),
+            format!("{{\"mtx\": {rows}, \"dist\": [{k}]}}"),
+            format!(
+                "camera_matrix: {{rows: 3, cols: 3, data: {matrix}}}\ndist_coeffs: {{data: {k}}}\nR: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+            ),
+        ] {
+            assert_eq!(read(&text).unwrap(), ours, "{text}");
+        }
+        let sized = format!("image_width: 640\nimage_height: 480\ncamera_matrix: {rows}\ndist_coeffs: {k}\n");
+        assert_eq!(read(&sized).unwrap(), Calibration { size_px: Some((640, 480)), ..ours });
+        for (text, expected) in [
+            (format!("M1: {rows}\nM2: {rows}\n"), "expected one camera, found the matrices M1, M2"),
+            (format!("K: {rows}\nlens: {k}\n"), "found 5 numbers lens"),
+            (format!("K: {rows}\nD1: {k}\nD2: {k}\n"), "coefficients of one lens, found D1, D2"),
+            ("K: [500, 0, 319.5]\n".to_owned(), "expected the 9 numbers of K, found 3"),
+        ] {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error} ({expected})");
+        }
     }
 
     #[test]

@@ -29,7 +29,6 @@ fn is_number(text: &str) -> bool {
 
 /// The camera, if the text has one of the forms that are told from each other here.
 pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, String>> {
-    let starts = |key: &str| text.lines().any(|line| line.starts_with(key));
     let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     if is_toml {
         return Some(CameraToml::read(text).and_then(|table| table.camera()));
@@ -37,13 +36,7 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
     let is_cam = |line: &str| {
         line.strip_prefix("cam").and_then(|rest| rest.trim_end().strip_suffix(':')).is_some_and(is_number)
     };
-    if text.lines().any(is_cam) {
-        return Some(yaml_forms::kalibr(text));
-    }
-    // A matrix in rows has no size and type of its own.
-    let is_rows = starts("camera_matrix: [");
-    let has_size = starts("image_width") && starts("image_height") && !is_rows;
-    (has_size && (starts("camera_matrix") || starts("Camera_Matrix"))).then(|| yaml_forms::matrices(text))
+    text.lines().any(is_cam).then(|| yaml_forms::kalibr(text))
 }
 
 #[cfg(test)]

@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, de::IgnoredAny};
 use visloc_core::geom::{Camera, Distortion};
 
-use crate::{ros_lens::distortion_of_ros, text::yaml_reason};
+use super::Calibration;
+use crate::{
+    ros_lens::distortion_of_ros,
+    text::{parse_number, yaml_reason},
+};
 
 /// `camchain.yaml` of Kalibr: one entry a camera.
 type Chain = BTreeMap<String, KalibrCamera>;
@@ -62,49 +66,184 @@ pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
     Camera::checked(entry.resolution.into(), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
 }
 
+/// A value of a file of which only the matrices are wanted.
 #[derive(Deserialize)]
-struct Matrix {
-    data: Vec<f64>,
+#[serde(untagged)]
+enum Value {
+    Number(f64),
+    Text(String),
+    List(Vec<Value>),
+    Table(BTreeMap<String, Value>),
+    Other(IgnoredAny),
 }
 
-/// What ROS's and OpenCV's calibrators write.
-#[derive(Deserialize)]
-struct MatrixFile {
-    image_width: Option<u32>,
-    image_height: Option<u32>,
-    #[serde(alias = "Camera_Matrix", alias = "cameraMatrix", alias = "K")]
-    camera_matrix: Matrix,
-    #[serde(alias = "Distortion_Coefficients", alias = "distCoeffs", alias = "D")]
-    distortion_coefficients: Option<Matrix>,
-    #[serde(default)]
-    distortion_model: String,
-    /// OpenCV's example program writes it.
-    #[serde(default)]
-    fisheye_model: u8,
+impl Value {
+    fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(text) => parse_number(text).ok(),
+            _ => None,
+        }
+    }
+
+    /// The numbers of a list, of the rows of a matrix one after the other, or of a matrix with `data`; NaN for what is none.
+    fn numbers(&self) -> Option<Vec<f64>> {
+        match self {
+            Self::List(values) => {
+                let numbers = values.iter().map(|value| match value {
+                    Self::List(_) => value.numbers().unwrap_or_default(),
+                    value => vec![value.number().unwrap_or(f64::NAN)],
+                });
+                Some(numbers.collect::<Vec<_>>().concat())
+            }
+            Self::Table(table) => table.get("data")?.numbers(),
+            _ => None,
+        }
+    }
 }
 
-/// A file with `camera_matrix`; OpenCV's is not quite YAML.
-pub(super) fn matrices(text: &str) -> Result<Camera, String> {
+type Table = BTreeMap<String, Value>;
+
+/// What the calibrators of ROS and OpenCV write, and programs that use OpenCV, by whatever names: a camera matrix, the coefficients of
+/// its lens, maybe a size. `None` for other files.
+pub(super) fn matrices(text: &str) -> Option<Result<Calibration, String>> {
+    // OpenCV's is not quite YAML.
     let yaml: String = text
         .lines()
         .filter(|line| !line.starts_with('%'))
         .map(|line| line.replace("!!opencv-matrix", "") + "\n")
         .collect();
-    let file: MatrixFile = serde_saphyr::from_str(&yaml).map_err(|error| yaml_reason(&error))?;
-    let (Some(width), Some(height)) = (file.image_width, file.image_height) else {
-        return Err("expected image_width and image_height, found none".to_owned());
+    let table: Table = match serde_saphyr::from_str(&yaml) {
+        Ok(table) => table,
+        Err(error) => return text.contains("camera_matrix").then(|| Err(yaml_reason(&error))),
     };
-    let [fx, skew, cx, _, fy, cy, ..] = file.camera_matrix.data[..] else {
-        return Err(format!(
-            "expected the 9 numbers of camera_matrix, found {}",
-            file.camera_matrix.data.len()
-        ));
+    // Other programs write the numbers themselves, some with matrices of other things.
+    if ["fx", "Camera.fx", "Camera1.fx", "intrinsics", "fl_x"].iter().any(|key| table.contains_key(*key)) {
+        return None;
+    }
+    let lists = table.iter().filter_map(|(key, value)| Some((key.as_str(), value.numbers()?)));
+    let lists: Vec<(&str, Vec<f64>)> = lists.collect();
+    let (key, matrix) = match camera_matrix(&lists) {
+        Ok(found) => found?,
+        Err(reason) => return Some(Err(reason)),
+    };
+    Some(of_matrix(&table, &lists, key, matrix))
+}
+
+/// A name without what is written in one way or the other.
+fn plain(key: &str) -> String {
+    key.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
+}
+
+/// The camera matrix, told by its name, else by its form; `None` if there is none.
+#[expect(clippy::type_complexity, reason = "a name and numbers, or what is wrong")]
+fn camera_matrix<'a>(lists: &'a [(&'a str, Vec<f64>)]) -> Result<Option<(&'a str, &'a [f64])>, String> {
+    const NAMES: [&str; 3] = ["cameramatrix", "k", "mtx"];
+    let named = lists.iter().find(|(key, _)| NAMES.contains(&plain(key).as_str()));
+    if let Some((key, numbers)) = named {
+        return match numbers.len() {
+            9 => Ok(Some((key, numbers))),
+            found => Err(format!("expected the 9 numbers of {key}, found {found}")),
+        };
+    }
+    // A focal length of a pixel is none: rotations have such numbers.
+    let is_camera = |m: &[f64]| matches!(m, [fx, _, _, 0.0, fy, _, 0.0, 0.0, 1.0] if fx.min(*fy) > 1.0);
+    let alike: Vec<&(&str, Vec<f64>)> = lists.iter().filter(|(_, numbers)| is_camera(numbers)).collect();
+    match alike[..] {
+        [] => Ok(None),
+        [(key, numbers)] => Ok(Some((key, numbers))),
+        _ => {
+            let names: Vec<&str> = alike.iter().map(|(key, _)| *key).collect();
+            Err(format!(
+                "expected one camera, found the matrices {}: keep that of yours, with the coefficients of its lens, in a file of its own",
+                names.join(", ")
+            ))
+        }
+    }
+}
+
+fn of_matrix(
+    table: &Table,
+    lists: &[(&str, Vec<f64>)],
+    key: &str,
+    matrix: &[f64],
+) -> Result<Calibration, String> {
+    let [fx, skew, cx, _, fy, cy, ..] = matrix[..] else {
+        return Err(format!("expected the 9 numbers of {key}, found {}", matrix.len()));
     };
     if skew.abs() > 1e-6 * fx {
-        return Err(format!("expected a camera_matrix without skew, found {skew}"));
+        return Err(format!("expected a {key} without skew, found {skew}"));
     }
-    let d = file.distortion_coefficients.map(|m| m.data).unwrap_or_default();
-    let model = if file.fisheye_model != 0 { "equidistant" } else { file.distortion_model.as_str() };
-    let lens = distortion_of_ros(model, &d)?;
-    Camera::checked((width, height), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
+    let number = |names: &[&str]| names.iter().find_map(|name| table.get(*name)?.number());
+    // OpenCV's example program writes the flag.
+    let is_fisheye = number(&["fisheye_model"]).is_some_and(|flag| flag != 0.0);
+    let model = match table.get("distortion_model") {
+        Some(Value::Text(model)) if !is_fisheye => model,
+        _ if is_fisheye => "equidistant",
+        _ => "",
+    };
+    Ok(Calibration {
+        size_px: size_px(table, lists)?,
+        distortion: distortion_of_ros(model, coefficients(lists, key)?)?,
+        rate_hz: number(&["fps", "rate_hz"]).filter(|rate| *rate > 0.0),
+        ..Calibration::pinhole((fx, fy), (cx, cy))
+    })
+}
+
+/// The coefficients of the lens whose camera matrix has a name.
+fn coefficients<'a>(lists: &'a [(&'a str, Vec<f64>)], matrix: &str) -> Result<&'a [f64], String> {
+    const LENGTHS: [usize; 5] = [4, 5, 8, 12, 14];
+    let is_lens = |key: &str| {
+        let name = plain(key);
+        name.starts_with("dist")
+            || name.strip_prefix('d').is_some_and(|rest| rest.parse::<u8>().is_ok() || rest.is_empty())
+    };
+    let lenses: Vec<&(&str, Vec<f64>)> = lists.iter().filter(|(key, _)| is_lens(key)).collect();
+    match lenses[..] {
+        [] => {
+            let unknown = lists.iter().find(|(key, numbers)| {
+                let may_be_lens = LENGTHS.contains(&numbers.len()) && numbers.iter().all(|k| k.is_finite());
+                *key != matrix && may_be_lens && !is_projection(key)
+            });
+            match unknown {
+                None => Ok(&[]),
+                Some((key, numbers)) => Err(format!(
+                    "expected the coefficients of the lens as distortion_coefficients, found {} numbers {key}: give them that name, or leave \
+                     them out if they are none",
+                    numbers.len()
+                )),
+            }
+        }
+        [(_, numbers)] => Ok(numbers),
+        _ => {
+            let names: Vec<&str> = lenses.iter().map(|(key, _)| *key).collect();
+            Err(format!("expected the coefficients of one lens, found {}", names.join(", ")))
+        }
+    }
+}
+
+/// Whether a list is the projection matrix or a region that ROS writes beside the camera matrix.
+fn is_projection(key: &str) -> bool {
+    ["projectionmatrix", "p", "roi", "imagesize", "resolution"].contains(&plain(key).as_str())
+}
+
+fn size_px(table: &Table, lists: &[(&str, Vec<f64>)]) -> Result<Option<(u32, u32)>, String> {
+    let list =
+        lists.iter().find(|(key, _)| ["imagesize", "resolution", "size"].contains(&plain(key).as_str()));
+    let side = |names: &[&str]| names.iter().find_map(|name| table.get(*name)?.number());
+    let sides = side(&["image_width", "width", "w"]).zip(side(&["image_height", "height", "h"]));
+    let is_size = |v: &f64| (1.0..=100_000.0).contains(v) && v.fract() == 0.0;
+    match (list.map(|(_, numbers)| &numbers[..]), sides) {
+        (None, None) => Ok(None),
+        (Some([width, height]), _) if is_size(width) && is_size(height) => {
+            Ok(Some((*width as u32, *height as u32)))
+        }
+        (None, Some((width, height))) if is_size(&width) && is_size(&height) => {
+            Ok(Some((width as u32, height as u32)))
+        }
+        (list, sides) => {
+            let found = list.map_or_else(|| format!("{sides:?}"), |list| format!("{list:?}"));
+            Err(format!("expected width and height in whole pixels, found {found}"))
+        }
+    }
 }
