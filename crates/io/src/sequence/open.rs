@@ -345,10 +345,13 @@ fn gaps(images: &[ImageFile]) -> Option<String> {
     let longest = *sorted.last()?;
     let num_gaps = steps.iter().filter(|step| **step > GAP_FACTOR * usual).count();
     let place = steps.iter().position(|step| *step == longest)?;
-    (num_gaps > 0).then(|| {
-        format!(
-            "{num_gaps} gaps in the images; the longest, {longest:.2} s instead of {usual:.3}, is after image {place} at {}",
-            images[place].at
-        )
-    })
+    let at = images[place].at;
+    let long = format!("{longest:.2} s instead of {usual:.3}");
+    match num_gaps {
+        0 => None,
+        1 => Some(format!("a gap in the images: {long}, after image {place} at {at}")),
+        _ => Some(format!(
+            "{num_gaps} gaps in the images; the longest, {long}, is after image {place} at {at}"
+        )),
+    }
 }

@@ -10,8 +10,8 @@ use crate::{FileError, sequence::ImageFile, text::data_lines};
 /// Time and file of an image, as a line of a list names them.
 pub(super) type Parsed<'a> = Result<(Timestamp, &'a str), String>;
 
-/// Reads a list into the contents. Lines that cannot be read, or whose time is not after the one before, are left out and
-/// noted.
+/// Reads a list into the contents, in the order of the times, whatever that of the lines. Lines that cannot be read, or whose time an
+/// earlier one has, are left out and noted.
 pub(super) fn read_list(
     list: &Path,
     folder: &Path,
@@ -19,18 +19,32 @@ pub(super) fn read_list(
     contents: &mut Contents,
 ) -> Result<(), FileError> {
     let text = files::read_text(list).map_err(FileError::io(list))?;
+    let mut leave_out = |number: usize, reason: String| {
+        let origin = format!("{}, line {number}", list.display());
+        contents.skipped.push(SkippedInput { at: None, origin, reason });
+    };
+    let mut listed = Vec::new();
     for (number, line) in data_lines(&text) {
-        let last = contents.images.last().map(|image| image.at);
-        let parsed = parse(line).and_then(|(at, name)| match last {
-            Some(last) if last >= at => Err(format!("expected a time after {last}, found {at}")),
-            _ => Ok(ImageFile { at, path: folder.join(name) }),
-        });
-        match parsed {
-            Ok(image) => contents.images.push(image),
-            Err(reason) => {
-                let origin = format!("{}, line {number}", list.display());
-                contents.skipped.push(SkippedInput { at: None, origin, reason });
+        match parse(line) {
+            Ok((at, name)) => listed.push((number, ImageFile { at, path: folder.join(name) })),
+            Err(reason) => leave_out(number, reason),
+        }
+    }
+    let num_late = listed.windows(2).filter(|pair| pair[1].1.at < pair[0].1.at).count();
+    if num_late > 0 {
+        let list = list.display();
+        contents.warnings.push(format!(
+            "{list}: {num_late} of {} images are listed after later ones; they are taken in the order of their times",
+            listed.len()
+        ));
+    }
+    listed.sort_by_key(|(_, image)| image.at);
+    for (number, image) in listed {
+        match contents.images.last() {
+            Some(last) if last.at == image.at => {
+                leave_out(number, format!("expected one image at a time, found {} again", image.at));
             }
+            _ => contents.images.push(image),
         }
     }
     Ok(())
