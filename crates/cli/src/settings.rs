@@ -231,8 +231,9 @@ fn in_file(path: &Path, error: &SettingsError) -> anyhow::Error {
 /// What is known about the start, from the options given; nothing if there are none.
 pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
     for start in starts {
-        if let StartArg::Pose { world_from_robot: PlanarPose { x_m, y_m, .. }, .. } = start {
-            refuse_far_from(map, (*x_m, *y_m), "--start pose:")?;
+        if let StartArg::Pose { world_from_robot: PlanarPose { x_m, y_m, yaw_rad }, .. } = start {
+            let heading_deg = yaw_rad.to_degrees();
+            refuse_far_from(map, (*x_m, *y_m), &format!("--start pose:{x_m},{y_m},{heading_deg:.0}"))?;
         }
     }
     let Map::Field(field) = map else {
@@ -277,7 +278,7 @@ pub fn refuse_far_from(map: &Map, (x_m, y_m): (f64, f64), typed: &str) -> Result
         return Ok(());
     }
     bail!(
-        "{typed}{x_m},{y_m}: expected a place on the map {}, x from {:.1} to {:.1} m and y from {:.1} to {:.1} m",
+        "{typed}: expected a place on the map {}, x from {:.1} to {:.1} m and y from {:.1} to {:.1} m",
         map.name(),
         low.0,
         high.0,

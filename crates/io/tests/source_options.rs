@@ -180,6 +180,7 @@ impl Place {
             SourceOption::Start => next.range.start = Bound::Frame(if is_live { 1000 } else { 1 }),
             SourceOption::End => next.range.end = Some(Bound::Frame(if is_live { 0 } else { 2 })),
             SourceOption::Stride => next.range.stride = 2,
+            SourceOption::Frames => next.range.most = Some(usize::from(!is_live)),
             SourceOption::Scale => next.scale = Some(0.5),
             SourceOption::Fps => next.rate_hz = Some(7.0),
             SourceOption::Seed => next.seed = Some(2),

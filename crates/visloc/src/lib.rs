@@ -22,7 +22,8 @@
 //! ```
 //!
 //! Odometry and foot sensors, if the robot has them, are fields of the frame. Another algorithm is chosen by name
-//! (`.named("mce", None)`) or with parameters of your own ([`Algorithm`]).
+//! (`.named("mce", None)`) or with parameters of your own ([`Algorithm`]); an algorithm of your own implements [`Localizer`] and is put in
+//! with [`PipelineBuilder::localizer`].
 //!
 //! # Without a map
 //!
@@ -75,7 +76,7 @@
 //!
 //! | feature | what it adds |
 //! |---|---|
-//! | `io` (default) | [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
+//! | `io` (default) | [`Map::load`], maps from files (without it: [`Map::built_in`], [`Map::parse`]); [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
 //! | `calib` (default) | [`calib`]: calibration of a camera from pictures of a board |
 //! | `vmap` (default) | [`vmap`]: maps of SLAM in files, and cameras that are found in them |
 //! | `parallel` (default) | filters with many particles weigh them with several threads |
@@ -102,7 +103,8 @@ pub use visloc_core::{
 pub use visloc_io as io;
 pub use visloc_locate::{
     self as locate, ALGORITHMS, Algorithm, ConfigError, Estimate, FeatureChoice, Half, Hypothesis,
-    LOCALIZED_RELIABILITY, Pipeline, PipelineBuilder, PipelineConfig, PosePrior, Region, StartPrior,
+    Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel, Pipeline, PipelineBuilder,
+    PipelineConfig, PosePrior, Region, StartPrior, StepInput,
 };
 #[cfg(feature = "sim")]
 pub use visloc_sim as sim;

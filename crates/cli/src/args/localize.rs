@@ -5,7 +5,7 @@ use visloc_locate::FeatureChoice;
 
 use super::{
     BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
-    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
+    OverwriteArg, RangeArgs, SeedArg, SourceArgs, StartArg, ThreadsArg,
     named::named,
     number::{seconds, whole},
 };
@@ -73,6 +73,8 @@ pub struct LocalizeArgs {
     pub robot_out: Option<OutputFile>,
     #[command(flatten)]
     pub topics: TopicArgs,
+    #[command(flatten)]
+    pub range: RangeArgs,
     #[command(flatten)]
     pub options: SourceArgs,
     /// Options and parameters as ROS 2 programs take them, YAML (docs/ros2.md#parameters); what is typed wins

@@ -12,16 +12,18 @@ use super::{
 #[command(
     long_about = "Says where a single photo was taken: all places of the map that explain it, each with how probable it is, and how probable \
                   it is that it was none of them. On a field that equals itself turned by 180 degrees there are always two.\n\n\
-                  The better pitch and height of the camera are known the fewer places are left; what is not given is searched.",
+                  The better pitch and height of the camera are known the fewer places are left; what is not given is searched.\n\n\
+                  In a map of visloc slam (.vmap) a photo is recognized by what it shows; pitch and height come of it.",
     after_long_help = "Examples:\n  \
                        visloc locate photo.jpg --map robocup-spl-2024 --camera camera.toml\n  \
-                       visloc locate photo.jpg --map my-field.toml --camera camera.toml --pitch 12 --height 0.5 --out out/photo"
+                       visloc locate photo.jpg --map my-field.toml --camera camera.toml --pitch 12 --height 0.5 --out out/photo\n  \
+                       visloc locate photo.jpg --map room.vmap --camera camera.toml --out out/photo"
 )]
 pub struct LocateArgs {
     /// Photo, PNG or JPEG
     #[arg(value_name = "PHOTO")]
     pub photo: InputPath,
-    /// Built-in map or TOML file
+    /// Built-in map, TOML file, or map of visloc slam (.vmap)
     #[arg(long, value_name = "NAME|FILE")]
     pub map: InputName,
     /// Calibration of the camera: TOML, or YAML of ROS, Kalibr or OpenCV

@@ -45,11 +45,11 @@ pub use paths::{
     InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording, OverwriteArg,
     STANDARD_OUTPUT,
 };
-pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
+pub use shared::{BroadcastArgs, JsonArg, ListArgs, SeedArg, ThreadsArg, num_cores};
 pub use slam::{SlamArgs, SlamParametersArgs};
 pub use source::{
-    ExtractArgs, ExtractFormat, ImageFormat, PictureArgs, PictureSourceArgs, RecordArgs, SourceArgs,
-    SourcesArgs,
+    ExtractArgs, ExtractFormat, ImageFormat, PictureArgs, PictureSourceArgs, RangeArgs, RecordArgs,
+    SourceArgs, SourcesArgs,
 };
 pub use start::StartArg;
 #[cfg(feature = "studio")]
@@ -124,9 +124,9 @@ pub enum Command {
     #[cfg(not(feature = "experiments"))]
     Study(LeftOutArgs),
     /// List the algorithms
-    Algorithms,
+    Algorithms(ListArgs),
     /// List the built-in maps
-    Maps,
+    Maps(ListArgs),
     /// Show the parameters that can be set in files
     Config(ConfigArgs),
     /// Check, import and show maps; info, align, merge, trim and export of those of SLAM

@@ -29,6 +29,14 @@ pub struct JsonArg {
     pub json: Option<OutputFile>,
 }
 
+/// How a list is printed.
+#[derive(Debug, Clone, Args)]
+pub struct ListArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// What others may see of a run.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "For the studio")]

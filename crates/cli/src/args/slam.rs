@@ -50,7 +50,7 @@ const SCHEDULES: &[(&str, Schedule, &str)] = &[
                        visloc slam desk --trajectory desk.tum --points desk.ply\n  \
                        visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
                        visloc slam desk --plots out/desk --json out/desk.json\n  \
-                       visloc slam MH_01_easy --start 40s --stride 2 --scale 0.5\n  \
+                       visloc slam MH_01_easy --from 40s --stride 2 --scale 0.5\n  \
                        visloc slam sim:room --plots out/room\n  \
                        visloc slam clip.mp4 --camera camera.toml --save room.vmap\n  \
                        visloc slam later.mp4 --camera camera.toml --load room.vmap --save room.vmap\n  \
@@ -71,11 +71,14 @@ pub struct SlamArgs {
     #[arg(long)]
     pub realtime: bool,
     /// First image: a number from 0, or seconds after the first image of the sequence with an s (4.5s)
-    #[arg(long, value_name = "N|SECS", default_value = "0")]
-    pub start: Bound,
-    /// One past the last image, as --start [default: all]
-    #[arg(long, value_name = "N|SECS")]
-    pub end: Option<Bound>,
+    #[arg(long, value_name = "N|SECS", default_value = "0", alias = "start")]
+    pub from: Bound,
+    /// One past the last image, as --from [default: all]
+    #[arg(long, value_name = "N|SECS", alias = "end")]
+    pub until: Option<Bound>,
+    /// Stop after this many images
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
+    pub frames: Option<u32>,
     /// Use only every Nth image
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub stride: u32,

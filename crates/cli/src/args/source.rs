@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use visloc_io::{
     bag::ImageQos,
+    sequence::{Bound, SequenceRange},
     sources::{FORWARD_M, HEIGHTS_M, PATIENCES_SECS, RATES_HZ},
 };
 
@@ -67,6 +68,25 @@ pub struct PictureArgs {
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = whole::<u16>(0..=232))]
     pub ros_domain: Option<u16>,
+}
+
+/// Which part of a source is used.
+#[derive(Debug, Clone, Copy, PartialEq, Args)]
+#[command(next_help_heading = "Source")]
+pub struct RangeArgs {
+    /// First image: a number from 0, or seconds after the first image of the source with an s (4.5s)
+    #[arg(long, value_name = "N|SECS", default_value = "0")]
+    pub from: Bound,
+    /// One past the last image, as --from [default: all]
+    #[arg(long, value_name = "N|SECS")]
+    pub until: Option<Bound>,
+}
+
+impl RangeArgs {
+    /// The part of the source.
+    pub fn range(&self) -> SequenceRange {
+        SequenceRange { start: self.from, end: self.until, ..SequenceRange::default() }
+    }
 }
 
 /// How a source is opened from which nothing but pictures is wanted.
@@ -136,6 +156,8 @@ pub struct RecordArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
+    pub range: RangeArgs,
+    #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]
     pub topics: super::TopicArgs,
@@ -172,6 +194,8 @@ pub struct ExtractArgs {
     /// Stop after this many images
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
+    #[command(flatten)]
+    pub range: RangeArgs,
     #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]

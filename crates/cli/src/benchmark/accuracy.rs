@@ -19,7 +19,6 @@ use visloc_core::{
 };
 use visloc_io::{
     camera_trajectory::read_camera_trajectory,
-    sequence::SequenceRange,
     sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images},
 };
 use visloc_slam::Schedule;
@@ -36,7 +35,7 @@ use crate::{
     run::{FrameRecord, Progress, RunOutcome, Runner, RunnerSettings, drive, open_source, source_options},
     say::one_line,
     settings::{SlamJob, pipeline_config, slam_config, start_prior},
-    slam::{Lookers, POSE_TOLERANCE_SECS, RunOptions, SlamReport, SlamRun, run},
+    slam::{Lookers, POSE_TOLERANCE_SECS, RunOptions, SlamReport, SlamRun, range_of, run},
 };
 
 /// Points of a way that are kept for pictures.
@@ -178,7 +177,7 @@ fn planar_ways(truth: &PlanarTrajectory, records: &[FrameRecord]) -> Ways {
 fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
     let config = slam_config(&args.parameters, SlamJob::Map)?;
     let mut options = SourceOptions {
-        range: SequenceRange { start: args.start, end: args.end, stride: args.stride as usize },
+        range: range_of(args),
         seed: args.seed.given,
         honored_elsewhere: vec![SourceOption::Seed],
         ..source_options(&args.options, TopicOptions::default())?

@@ -7,7 +7,8 @@ use visloc_locate::{ALGORITHMS, Algorithm, PipelineConfig};
 use visloc_slam::{PRESETS, SlamPreset};
 
 use crate::{
-    args::{ConfigArgs, ConfigCommand},
+    args::{ConfigArgs, ConfigCommand, ListArgs},
+    report::{Listed, print_list},
     say,
 };
 
@@ -37,8 +38,7 @@ pub fn execute(args: &ConfigArgs) -> Result<()> {
 }
 
 /// Prints name and summary of every algorithm.
-pub fn list_algorithms() {
-    for algorithm in ALGORITHMS {
-        say::line!("{:<18} {}", algorithm.name, algorithm.summary);
-    }
+pub fn list_algorithms(args: &ListArgs) -> Result<()> {
+    let all = ALGORITHMS.map(|algorithm| Listed::new(algorithm.name, algorithm.summary));
+    print_list(&all, args)
 }

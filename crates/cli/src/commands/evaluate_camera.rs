@@ -55,7 +55,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
             );
         }
     }
-    let (truth, estimate) = read_both(args)?;
+    let (truth, estimate, time_label) = read_both(args)?;
     let estimate = shifted(&estimate, args.camera.offset.unwrap_or(0.0));
     let max_diff = args.camera.max_diff.unwrap_or(MAX_DIFF_SECS);
     let pairs = associate(&truth, &estimate, max_diff);
@@ -106,7 +106,13 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.plots.as_deref(), |folder| {
         let title = args.estimate.display().to_string();
-        camera_pictures(folder, &title, (&truth, &estimate), &pairs, (&absolute, &relative, alignment))?;
+        camera_pictures(
+            folder,
+            (&title, time_label),
+            (&truth, &estimate),
+            &pairs,
+            (&absolute, &relative, alignment),
+        )?;
         say::line!("\npictures: {}", folder.display());
         Ok(())
     });
@@ -126,14 +132,17 @@ fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
     Ok((trajectory, format))
 }
 
-/// Truth and estimate by the same clock: if one of them has no times (KITTI), with those that stand beside it; if none has, by their numbers.
-fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory)> {
+/// What an axis of time shows.
+const SECONDS: &str = "time [s]";
+
+/// Truth and estimate by the same clock, and what it shows: if one of them has no times (KITTI), with those that stand beside it; if none has, by their numbers.
+fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory, &'static str)> {
     let (truth, truth_format) = read(&args.truth)?;
     let (estimate, format) = read(&args.estimate)?;
     match [truth_format, format].map(|format| format == TrajectoryFormat::Kitti) {
-        [true, false] => return Ok((timed(&args.truth, &truth)?, estimate)),
-        [false, true] => return Ok((truth, timed(&args.estimate, &estimate)?)),
-        [false, false] => return Ok((truth, estimate)),
+        [true, false] => return Ok((timed(&args.truth, &truth)?, estimate, SECONDS)),
+        [false, true] => return Ok((truth, timed(&args.estimate, &estimate)?, SECONDS)),
+        [false, false] => return Ok((truth, estimate, SECONDS)),
         [true, true] => {}
     }
     let nums = [&truth, &estimate].map(|trajectory| trajectory.poses().len());
@@ -146,7 +155,7 @@ fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory)
             nums[1]
         );
     }
-    Ok((truth, estimate))
+    Ok((truth, estimate, "image"))
 }
 
 /// The poses of a KITTI file, which has no times, with those beside it.

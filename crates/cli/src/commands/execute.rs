@@ -41,11 +41,8 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Study(args) => study::execute(&args),
         #[cfg(not(feature = "experiments"))]
         Command::Study(_) => left_out("experiments"),
-        Command::Algorithms => {
-            config::list_algorithms();
-            Ok(())
-        }
-        Command::Maps => map::list(),
+        Command::Algorithms(args) => config::list_algorithms(&args),
+        Command::Maps(args) => map::list(&args),
         Command::Config(args) => config::execute(&args),
         Command::Map(args) => map::execute(&args),
         Command::Calibrate(args) => calibrate::execute(&args),

@@ -33,6 +33,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),
+        range: args.range.range(),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.max_frames = args.frames.map(|frames| (frames as usize).saturating_mul(stride));

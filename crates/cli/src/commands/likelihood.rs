@@ -122,7 +122,7 @@ where
 /// Refuses a place that is far from the map.
 fn check_place(args: &LikelihoodArgs, map: &Map) -> Result<()> {
     let place = args.place.map(|[x_m, y_m]| (x_m, y_m));
-    place.map_or(Ok(()), |place| refuse_far_from(map, place, "--place "))
+    place.map_or(Ok(()), |(x_m, y_m)| refuse_far_from(map, (x_m, y_m), &format!("--place {x_m},{y_m}")))
 }
 
 /// Refuses a map of so many cells that it would take hours.

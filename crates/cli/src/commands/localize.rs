@@ -45,6 +45,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         seed: args.seed.given,
         num_threads: args.threads.given(),
         honored_elsewhere: honored_by_outputs(args),
+        range: args.range.range(),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);

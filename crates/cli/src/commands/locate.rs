@@ -3,10 +3,7 @@
 use anyhow::{Context, Result};
 use serde::Serialize;
 use visloc_core::RngTree;
-use visloc_io::{
-    image_codec::read_image,
-    sequence::{fit_calibration, read_calibration},
-};
+use visloc_io::image_codec::read_image;
 use visloc_locate::{
     Photo, PhotoAnswer, PhotoPose,
     diagnosis::{Diagnosis, Finding, RunCounters},
@@ -17,10 +14,15 @@ use visloc_world::Map;
 
 use crate::{
     args::LocateArgs,
-    report::{FindingReport, draw_overlay, explain_localization, save_json},
+    in_map,
+    report::{
+        FindingReport, GroundPose, camera_of_photo, draw_overlay, explain_localization, pose_in_words,
+        save_json,
+    },
     run::Saving,
     say,
     settings::pipeline_config,
+    slam::is_map_of_slam,
 };
 
 /// Most places that are printed and drawn.
@@ -40,31 +42,17 @@ struct LocateReport {
     diagnosis: Vec<FindingReport>,
 }
 
-/// Place of the camera over the ground, the direction in which it looked, and how it was held: meters, degrees.
+/// A place and how probable it is.
 #[derive(Serialize)]
 struct PoseReport {
-    x_m: f64,
-    y_m: f64,
-    yaw_deg: f64,
     probability: f64,
-    height_m: f64,
-    /// Down is positive.
-    pitch_deg: f64,
-    /// Clockwise is positive.
-    roll_deg: f64,
+    #[serde(flatten)]
+    ground: GroundPose,
 }
 
 impl From<&PhotoPose> for PoseReport {
     fn from(pose: &PhotoPose) -> Self {
-        Self {
-            x_m: pose.world_from_view.x_m,
-            y_m: pose.world_from_view.y_m,
-            yaw_deg: pose.world_from_view.yaw_rad.to_degrees(),
-            probability: pose.probability,
-            height_m: pose.height_m,
-            pitch_deg: pose.pitch_down_rad.to_degrees(),
-            roll_deg: pose.roll_clockwise_rad.to_degrees(),
-        }
+        Self { probability: pose.probability, ground: pose.into() }
     }
 }
 
@@ -73,17 +61,17 @@ const ABOUT_SURE: f64 = 0.4;
 
 /// Runs the command.
 pub fn execute(args: &LocateArgs) -> Result<()> {
+    if is_map_of_slam(&args.map) {
+        return in_map::locate(args);
+    }
     let config = pipeline_config(args.pipeline.as_deref(), &[])?;
     let map = Map::load(&args.map)?;
-    let calibration = read_calibration(&args.camera)?;
     let place = || {
         let names = [Some(&args.photo), args.pipeline.as_ref()].into_iter().flatten();
         names.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
     };
     let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
-    let mut warnings = Vec::new();
-    let camera = fit_calibration(&calibration, (image.width(), image.height()), &args.camera, &mut warnings)?;
-    warnings.iter().for_each(|warning| say::note!("{warning}"));
+    let camera = camera_of_photo(args, &image)?;
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
@@ -108,7 +96,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     saving.save_if(args.out.as_deref(), |folder| {
         remove_earlier(folder, |name| is_of_series(name, "place-"));
         for (i, pose) in answer.poses.iter().take(MAX_SHOWN).enumerate() {
-            let title = format!("{:.0} %: {}", 100.0 * pose.probability, in_words(pose));
+            let title = format!("{:.0} %: {}", 100.0 * pose.probability, pose_in_words(pose));
             draw_overlay(&photo, &map, pose, title)?.save(folder, &format!("place-{}", i + 1))?;
         }
         say::line!("pictures: {}", folder.display());
@@ -117,23 +105,9 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     saving.end()
 }
 
-fn in_words(pose: &PhotoPose) -> String {
-    let view = &pose.world_from_view;
-    format!(
-        "x {:.2} m, y {:.2} m, looking to {:.0} deg; {:.2} m high, {:.1} deg {}, rolled by {:.1} deg",
-        view.x_m,
-        view.y_m,
-        view.yaw_rad.to_degrees(),
-        pose.height_m,
-        pose.pitch_down_rad.to_degrees().abs(),
-        if pose.pitch_down_rad < 0.0 { "up" } else { "down" },
-        pose.roll_clockwise_rad.to_degrees()
-    )
-}
-
 fn print(answer: &PhotoAnswer, photo: &Photo) {
     for pose in answer.poses.iter().take(MAX_SHOWN) {
-        say::line!("{:4.0} %  {}", 100.0 * pose.probability, in_words(pose));
+        say::line!("{:4.0} %  {}", 100.0 * pose.probability, pose_in_words(pose));
     }
     if answer.poses.len() > MAX_SHOWN {
         say::line!("        and {} places less probable than these", answer.poses.len() - MAX_SHOWN);

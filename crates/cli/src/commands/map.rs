@@ -9,8 +9,8 @@ use visloc_world::{BUILT_IN_MAPS, Hindrance, ImportNote, Map, field::Field, offi
 
 use super::{map_merge, visual_map};
 use crate::{
-    args::{JsonArg, MapArgs, MapCommand},
-    report::{ground, save_json},
+    args::{JsonArg, ListArgs, MapArgs, MapCommand},
+    report::{Listed, ground, print_list, save_json},
     say,
     slam::is_map_of_slam,
 };
@@ -102,15 +102,16 @@ fn draw(folder: &Path, map: &Map) -> Result<()> {
 }
 
 /// Prints name and size of every built-in map.
-pub fn list() -> Result<()> {
-    for (name, text) in BUILT_IN_MAPS {
-        match Map::parse(name, text)? {
-            Map::Field(field) => say::line!("{name:<22} {}", in_one_line(&field)),
-            Map::Office(office) => say::line!("{name:<22} {}", office_in_one_line(&office)),
-            other => say::line!("{}", other.name()),
-        }
-    }
-    Ok(())
+pub fn list(args: &ListArgs) -> Result<()> {
+    let listed = |(name, text)| {
+        let summary = match Map::parse(name, text)? {
+            Map::Field(field) => in_one_line(&field),
+            Map::Office(office) => office_in_one_line(&office),
+            other => other.name().to_owned(),
+        };
+        Ok(Listed::new(name, summary))
+    };
+    print_list(&BUILT_IN_MAPS.into_iter().map(listed).collect::<Result<Vec<_>>>()?, args)
 }
 
 fn names() -> String {

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow, bail};
 use visloc_core::{Source, SourceError, SourceFrame, geom::Camera};
 use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
-    sequence::fit_calibration,
+    sequence::{SequenceRange, fit_calibration},
     sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures},
 };
 
@@ -34,6 +34,7 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),
+        range: args.range.range(),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
@@ -79,6 +80,7 @@ fn is_copied(args: &RecordArgs) -> Result<bool> {
     let is_changed = args.images.is_some()
         || args.images_only
         || args.frames.is_some()
+        || args.range.range() != SequenceRange::default()
         || camera.is_some()
         || camera_height.is_some()
         || urdf.is_some()

@@ -67,7 +67,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     print(args, &run, &report);
     // Numbers first, pictures last.
     let mut saving = Saving::default();
-    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.write("numbers", args.json.json.as_deref(), |path| save_json(path, &report));
     let is_metric = run.maps.first().is_some_and(|way| way.scale.is_some())
         || loaded.as_ref().is_some_and(crate::in_map::is_metric);
     write_files(args, &run, is_metric, &mut saving);
@@ -137,10 +137,10 @@ fn run_options(args: &SlamArgs, is_driven: bool) -> Result<RunOptions<'static>> 
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Saving) {
-    saving.save_if(args.trajectory.as_deref(), |path| {
+    saving.write("trajectory", args.trajectory.as_deref(), |path| {
         Ok(write_camera_trajectory(path, run.trajectory.poses(), is_metric)?)
     });
-    saving.save_if(args.keyframes.as_deref(), |path| {
+    saving.write("keyframes", args.keyframes.as_deref(), |path| {
         let map = &run.map;
         let pose = |(_, k): (_, &visloc_slam::map::Keyframe)| CameraPose {
             at: k.at,
@@ -152,12 +152,10 @@ fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Sav
         }
         Ok(write_camera_trajectory(path, keyframes.poses(), is_metric)?)
     });
-    saving.save_if(args.points.as_deref(), |path| {
-        write_ply(path, &run.map, run.slam.camera(), if is_metric { "m" } else { "map units" })?;
-        say::line!("map: {}", path.display());
-        Ok(())
+    saving.write("landmarks", args.points.as_deref(), |path| {
+        write_ply(path, &run.map, run.slam.camera(), if is_metric { "m" } else { "map units" })
     });
-    saving.save_if(args.log.as_deref(), |path| write_log(path, &run.history.records));
+    saving.write("log", args.log.as_deref(), |path| write_log(path, &run.history.records));
 }
 
 /// Loops, and each map if there are several.

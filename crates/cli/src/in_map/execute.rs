@@ -39,6 +39,7 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
         seed: args.seed.given,
         num_threads: args.threads.given(),
         honored_elsewhere,
+        range: args.range.range(),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);

@@ -9,12 +9,14 @@ mod live;
 #[cfg(not(feature = "ros2"))]
 #[path = "no_ros2.rs"]
 mod live;
+mod photo;
 mod report;
 mod results;
 mod watchers;
 
 pub use execute::execute;
 pub use floor::floor_of;
+pub use photo::locate;
 pub use report::{draw, is_metric, unit};
 
 use crate::{args::LocalizeArgs, slam::is_map_of_slam};

@@ -88,10 +88,10 @@ impl CameraReport {
     }
 }
 
-/// Draws the errors over time, and both trajectories along two axes.
+/// Draws the errors over time, whose axis has a name, and both trajectories along two axes.
 pub fn camera_pictures(
     folder: &Path,
-    title: &str,
+    (title, time_label): (&str, &str),
     (truth, estimate): (&CameraTrajectory, &CameraTrajectory),
     pairs: &[PosePair],
     (absolute, relative, alignment): (&AbsoluteError, &RelativeErrors, Alignment),
@@ -126,6 +126,7 @@ pub fn camera_pictures(
             panel("motion [m]", OF_MOTIONS, at_motions(&relative.translation_m, 1.0)),
             panel("motion [deg]", OF_MOTIONS, at_motions(&relative.rotation_rad, degrees)),
         ],
+        x_label: time_label.to_owned(),
         ..TimeSeriesPicture::default()
     };
     time_series(&errors).save(folder, "errors")?;

@@ -244,7 +244,7 @@ fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &
                 Some(secs) => format!("the camera was lost for good {secs:.1} s after the first image"),
                 None => "the camera was lost and not found again for long".to_owned(),
             },
-            "it is found where it has been before: go back there, turn slower; or begin anew behind it: --start 4.5s",
+            "it is found where it has been before: go back there, turn slower; or begin anew behind it: --from 4.5s",
         ),
         Cause::ShortRun => (
             match facts.num_images {

@@ -3,7 +3,9 @@
 mod analysis_picture;
 mod camera_errors;
 mod diagnosis;
+mod ground_pose;
 mod json;
+mod list;
 mod map_lines;
 mod overlay;
 mod pictures;
@@ -13,9 +15,11 @@ mod table;
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
 pub use diagnosis::{FindingReport, NOT_RECOGNIZED, diagnosis_lines, explain_localization, explain_tracking};
+pub use ground_pose::{GroundPose, camera_of_photo, pose_in_words};
 pub use json::{
     AlgorithmReport, CameraOfRobot, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json,
 };
+pub use list::{Listed, print_list};
 pub use map_lines::map_lines;
 pub use overlay::draw_overlay;
 pub use pictures::{Curve, RunPictures, ground};

@@ -91,6 +91,10 @@ impl RunPictures<'_> {
                 errors(curve, start, |error| error.heading_error_rad.to_degrees().max(0.1))
             }));
         }
+        let has_reliability = |curve: &Curve<'_>| curve.samples.iter().any(|s| s.reliability.is_some());
+        if !self.curves.iter().any(has_reliability) {
+            return self.over_time(panels);
+        }
         let mut reliability = self.panel("reliability", ValueAxis::Linear { min: 0.0, max: 1.0 }, |curve| {
             let value = |sample: &EstimateSample| {
                 (sample.at.secs_since(start), sample.reliability.unwrap_or(f64::NAN))

@@ -1,8 +1,10 @@
 //! Saving what a run found.
 
+use std::path::Path;
+
 use anyhow::{Error, Result, anyhow};
 
-use crate::say::one_line;
+use crate::say::{self, one_line};
 
 /// Saves one result after the other: one that fails does not keep the others from being saved, and all failures are told.
 #[derive(Default)]
@@ -21,6 +23,17 @@ impl Saving {
         if let Some(wanted) = wanted {
             self.save(save(wanted));
         }
+    }
+
+    /// Writes a file if it was wanted, and says where it is.
+    pub fn write(&mut self, what: &str, wanted: Option<&Path>, write: impl FnOnce(&Path) -> Result<()>) {
+        self.save_if(wanted, |path| {
+            write(path)?;
+            if path != Path::new("-") {
+                say::line!("{what}: {}", path.display());
+            }
+            Ok(())
+        });
     }
 
     /// Whether all that came until now could be saved.

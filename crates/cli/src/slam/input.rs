@@ -24,7 +24,7 @@ pub fn open_input(
         bail!("--realtime: expected a recorded source, found {}, which is live already", args.source);
     }
     let mut options = SourceOptions {
-        range: SequenceRange { start: args.start, end: args.end, stride: args.stride as usize },
+        range: range_of(args),
         scale: args.scale,
         seed: args.seed.given,
         honored_elsewhere: honored_by_slam(args),
@@ -38,6 +38,16 @@ pub fn open_input(
             Ok(OpenImages { images, truth: None, warnings: driven.warnings })
         }
         None => Ok(open_images(&args.source, &options, host())?),
+    }
+}
+
+/// The part of the sequence that is used.
+pub fn range_of(args: &SlamArgs) -> SequenceRange {
+    SequenceRange {
+        start: args.from,
+        end: args.until,
+        stride: args.stride as usize,
+        most: args.frames.map(|frames| frames as usize),
     }
 }
 

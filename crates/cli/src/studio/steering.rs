@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use visloc_core::{Clock, Source, SourceFrame};
-use visloc_io::sources::{Purpose, SourceAddress, SourceOptions, UntilStopped, simulated_scenario};
+use visloc_io::{
+    sequence::SequenceRange,
+    sources::{Purpose, SourceAddress, SourceOptions, UntilStopped, simulated_scenario},
+};
 use visloc_sim::{DrivenSimulation, LiveControls, LiveMotion, LiveSimulation};
 use visloc_studio::server::{DriveLimits, DriveOrder, Wheel};
 
@@ -61,6 +64,11 @@ impl Steering {
         }
         let address = SourceAddress::parse(source)?;
         address.check(options, Purpose::Frames)?;
+        if options.range != SequenceRange::default() {
+            bail!(
+                "--from, --until, --stride: a robot that is driven has no way from which a part could be taken; leave it out"
+            );
+        }
         let scenario = simulated_scenario(&address)?;
         let simulation = LiveSimulation::new(&scenario, options.seed.unwrap_or(1))?;
         let map = simulation.map().clone();

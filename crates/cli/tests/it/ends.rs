@@ -28,7 +28,7 @@ fn nothing_to_show_is_an_error_that_says_why() {
         (&["likelihood", "black.mcap", "--map", MAP], "no pixel of a line or goal"),
         (&["simulate", "no-frames.toml", "--out", "none.mcap"], "at least one frame"),
         (&["localize", "sim:no-frames.toml"], "no frame that can be used"),
-        (&["slam", &bag, "--start", "900"], "no image"),
+        (&["slam", &bag, "--from", "900"], "no image"),
     ];
     for (command, part) in cases {
         let outcome = workspace.visloc(command);

@@ -130,9 +130,12 @@ fn what_is_meant_otherwise_is_answered_with_what_to_do() {
             &["calibrate", clip, board[0], board[1], board[2], board[3]],
             "usable pictures of the board, found 0",
         ),
-        (&["slam", clip, "--start", "1s", "--end", "0.5s"], "--end: expected a place behind that of --start"),
-        (&["slam", clip, "--start", "5s"], "it is 2.0 s long"),
-        (&["slam", &bag, "--start", "50s"], "the source has 90 images, 8.9 s long"),
+        (
+            &["slam", clip, "--from", "1s", "--until", "0.5s"],
+            "--until: expected a place behind that of --from",
+        ),
+        (&["slam", clip, "--from", "5s"], "it is 2.0 s long"),
+        (&["slam", &bag, "--from", "50s"], "the source has 90 images, 8.9 s long"),
         (&["simulate", "still", "--out", "still.bag"], "name it .mcap"),
         (
             &["camera", "board", board[0], board[1], board[2], board[3], "--out", "truth.toml"],

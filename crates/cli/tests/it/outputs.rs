@@ -126,7 +126,7 @@ fn one_output_that_fails_does_not_take_the_others_along() {
         assert_eq!(data_lines(&workspace.read("r.tum")).len(), 5, "{full}");
         fs::remove_file(workspace.path("kept")).unwrap();
     }
-    let run = ["slam", "sim:room", "--end", "12", "--trajectory", "s.tum", "--json", "s.json"];
+    let run = ["slam", "sim:room", "--until", "12", "--trajectory", "s.tum", "--json", "s.json"];
     let error = workspace.refused(
         &[&run[..], &["--points", "/dev/full", "--log", "/dev/full", "--record", "/dev/full"]].concat(),
     );
@@ -246,7 +246,7 @@ fn what_is_replaced_is_kept() {
             &[
                 "slam",
                 clip,
-                "--end",
+                "--until",
                 "2",
                 "--trajectory",
                 "a",

@@ -175,7 +175,7 @@ fn parameters_of_ros_2_are_options_and_parameters() {
     assert!(said.starts_with("error: bad.yaml: invalid value 'many' for '--seed"), "{said}");
     let said = refused("config.explorers.num_randm: 5", &localize);
     assert!(said.contains("unknown key `num_randm` in [explorers], did you mean `num_random`?"), "{said}");
-    let said = refused("config.tracking.max_matchs: 5", &["slam", "sim:room", "--end", "2"]);
+    let said = refused("config.tracking.max_matchs: 5", &["slam", "sim:room", "--until", "2"]);
     assert!(said.contains("did you mean `max_matches`?"), "{said}");
 }
 
@@ -217,7 +217,7 @@ fn options_of_the_pipeline_that_change_nothing_are_refused() {
 #[test]
 fn options_for_parts_of_slam_that_are_off_are_refused() {
     let workspace = Workspace::new();
-    let base = ["slam", "sim:room", "--end", "2"];
+    let base = ["slam", "sim:room", "--until", "2"];
     for (off, option) in [
         ("features.descriptor=patches", "features.max_orb_distance=50"),
         ("features.descriptor=patches", "features.orb_margin_px=4"),
@@ -245,7 +245,7 @@ fn options_for_parts_of_slam_that_are_off_are_refused() {
 fn values_that_do_not_go_together_name_where_they_come_from() {
     let workspace = Workspace::new();
     workspace.write("few.toml", "tracking.max_matches = 40\n");
-    let base = ["slam", "sim:room", "--end", "2", "--config", "few.toml"];
+    let base = ["slam", "sim:room", "--until", "2", "--config", "few.toml"];
     let error = workspace.refused(&[&base[..], &["--set", "tracking.min_matches=50"]].concat());
     let place = "few.toml, --set tracking.min_matches=50: tracking.min_matches: expected at most 40";
     assert!(error.contains(place), "{error}");
@@ -254,10 +254,10 @@ fn values_that_do_not_go_together_name_where_they_come_from() {
 #[test]
 fn options_that_a_job_of_slam_does_not_use_are_refused() {
     let workspace = Workspace::new();
-    workspace.must(&["slam", "sim:room", "--end", "60", "--save", "room.vmap", "--trajectory", "way.tum"]);
+    workspace.must(&["slam", "sim:room", "--until", "60", "--save", "room.vmap", "--trajectory", "way.tum"]);
     let jobs: [(&[&str], &[&str], &str); 3] = [
         (
-            &["slam", "sim:room", "--end", "5", "--load", "room.vmap", "--fixed"],
+            &["slam", "sim:room", "--until", "5", "--load", "room.vmap", "--fixed"],
             &["start.min_points=60", "mapping.lost_ratio=0.5", "relocation.close_loops=false"],
             "tracking.max_matches=100",
         ),
@@ -267,7 +267,7 @@ fn options_that_a_job_of_slam_does_not_use_are_refused() {
             "mapping.lost_ratio=0.5",
         ),
         (
-            &["slam", "sim:room", "--end", "60", "--poses", "way.tum", "--save", "given.vmap"],
+            &["slam", "sim:room", "--until", "60", "--poses", "way.tum", "--save", "given.vmap"],
             &["start.min_points=60", "tracking.max_matches=100", "mapping.lost_ratio=0.5"],
             "mapping.max_new_candidates=200",
         ),

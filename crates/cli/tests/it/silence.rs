@@ -153,7 +153,8 @@ fn who_was_never_found_in_a_map_was_not_lost_in_it() {
     let workspace = Workspace::new();
     let clip = excerpt_text("R1").replace("R1-excerpt.mcap", "desk-clip");
     workspace.must(&["slam", &clip, "--save", "desk.vmap"]);
-    let elsewhere = ["slam", "sim:room", "--end", "20", "--json", "r.json", "--load", "desk.vmap", "--fixed"];
+    let elsewhere =
+        ["slam", "sim:room", "--until", "20", "--json", "r.json", "--load", "desk.vmap", "--fixed"];
     let outcome = workspace.must(&elsewhere);
     assert_eq!(codes(&workspace, &outcome), ["not-recognized"]);
     let said = "tracked 0.0 %, lost 0 times, found again 0 times";

@@ -13,7 +13,7 @@ fn parameters_come_from_preset_file_and_options() {
     let workspace = Workspace::new();
     let clip = clip();
     let run = |options: &[&str]| {
-        let base = ["slam", &clip, "--end", "45", "--trajectory", "t.tum"];
+        let base = ["slam", &clip, "--until", "45", "--trajectory", "t.tum"];
         workspace.must(&[&base[..], options].concat());
         workspace.read("t.tum")
     };
@@ -81,7 +81,7 @@ fn without_truth_the_way_and_the_map_are_drawn_and_written() {
     clip_without_truth(&workspace);
     let output = ["--plots", "plots", "--map", "map.ply", "--json", "r.json"];
     let text = workspace.must(&[&["slam", "clip"][..], &output].concat()).stdout;
-    assert!(text.contains("pictures: plots") && text.contains("map: map.ply"), "{text}");
+    assert!(text.contains("pictures: plots") && text.contains("landmarks: map.ply"), "{text}");
     let report = workspace.json("r.json");
     assert!(report["ate_m"].is_null(), "{report}");
     for name in ["trajectory", "trajectory-side"] {

@@ -1,6 +1,6 @@
 //! Sources from outside: the list, typing mistakes, recordings of recordings, results in bags.
 
-use std::fs;
+use std::{fs, path::Path};
 
 use visloc_core::{RgbImage, Source};
 use visloc_io::{
@@ -8,7 +8,7 @@ use visloc_io::{
     image_codec::save_png,
 };
 
-use crate::support::{MAP, Workspace, excerpt, excerpt_text};
+use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
 
 #[test]
 fn the_list_says_what_works_here() {
@@ -211,8 +211,67 @@ fn a_map_of_given_poses_is_merged_trimmed_and_written_for_nav2() {
 fn slam_reads_bags_and_simulated_robots() {
     let workspace = Workspace::new();
     let bag = excerpt_text("R1");
-    let text = workspace.must(&["slam", &bag, "--start", "1s", "--end", "40", "--stride", "2"]).stdout;
+    let text = workspace.must(&["slam", &bag, "--start", "1s", "--until", "40", "--stride", "2"]).stdout;
     assert!(text.contains("R1-excerpt.mcap: 15 frames"), "{text}");
-    let text = workspace.must(&["slam", "sim:office", "--end", "5", "--no-publish-ros"]).stdout;
+    let text = workspace.must(&["slam", "sim:office", "--until", "5", "--no-publish-ros"]).stdout;
     assert!(text.contains("sim:office: 5 frames"), "{text}");
+}
+
+#[test]
+fn a_part_is_taken_of_any_source() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let stamps = |name: &str| -> Vec<f64> {
+        let text = workspace.read(name);
+        let first = |line: &str| line.split([' ', ',']).next().unwrap().parse().unwrap();
+        data_lines(&text).iter().map(|line| first(line)).collect()
+    };
+    let part = ["--from", "2s", "--until", "3s"];
+    let all = ["localize", &bag, "--map", MAP, "--trajectory", "all.tum"];
+    workspace.must(&all);
+    let whole = stamps("all.tum");
+    let wanted: Vec<f64> = whole.iter().copied().filter(|at| (2.0..3.0).contains(&(at - whole[0]))).collect();
+    assert!(wanted.len() > 5);
+    workspace.must(&[&["localize", &bag, "--map", MAP, "--trajectory", "part.tum"], &part[..]].concat());
+    assert_eq!(stamps("part.tum"), wanted);
+    workspace.must(&[&["record", &bag, "--out", "part.mcap"], &part[..]].concat());
+    workspace.must(&["localize", "part.mcap", "--map", MAP, "--trajectory", "recorded.tum"]);
+    assert_eq!(stamps("recorded.tum"), wanted);
+    workspace.must(&[&["extract", &bag, "--out", "images"], &part[..]].concat());
+    assert_eq!(stamps("images/rgb.txt"), wanted);
+    workspace.must(&["localize", "sim:still", "--from", "5", "--frames", "4", "--trajectory", "sim.tum"]);
+    assert_eq!(stamps("sim.tum").len(), 4);
+    let error = workspace.refused(&["localize", &bag, "--map", MAP, "--from", "900s"]);
+    assert!(error.contains("in the range that was asked for: the source has 90 images"), "{error}");
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    workspace.must(&["slam", clip, "--from", "5", "--stride", "2", "--frames", "10", "--json", "slam.json"]);
+    assert_eq!(workspace.json("slam.json")["frames"], 10);
+}
+
+#[test]
+fn a_photo_is_located_in_a_map_of_slam() {
+    let workspace = Workspace::new();
+    let clip = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
+    let text = |path: &Path| path.display().to_string();
+    workspace.must(&["slam", &text(&clip), "--save", "desk.vmap", "--trajectory", "way.tum"]);
+    let list = fs::read_to_string(clip.join("rgb.txt")).unwrap();
+    let (at, photo) = data_lines(&list)[40].split_once(' ').unwrap();
+    let (photo, camera) = (text(&clip.join(photo)), text(&clip.join("camera.yaml")));
+    let base = ["locate", &photo, "--map", "desk.vmap", "--camera", &camera];
+    workspace.must(&[&base[..], &["--json", "p.json", "--out", "out"]].concat());
+    let place = &workspace.json("p.json")["poses"][0];
+    assert!(place["probability"].as_f64().unwrap() > 0.9, "{place}");
+    let way = workspace.read("way.tum");
+    let line = data_lines(&way).into_iter().find(|line| line.starts_with(at)).unwrap();
+    let pose: Vec<f64> = line.split(' ').map(|number| number.parse().unwrap()).collect();
+    for (axis, expected) in ["x", "y", "z"].iter().zip(&pose[1..4]) {
+        assert!((place[*axis].as_f64().unwrap() - expected).abs() < 0.01, "{place}, expected {line}");
+    }
+    assert!(workspace.path("out/place-1.png").exists());
+    let error = workspace.refused(&[&base[..], &["--height", "1"]].concat());
+    assert!(error.contains("--height: it makes no difference in a map of SLAM"), "{error}");
+    // Another room.
+    save_png(&RgbImage::new(320, 240), &workspace.path("dark.png")).unwrap();
+    let said = workspace.must(&["locate", "dark.png", "--map", "desk.vmap", "--camera", &camera]).stdout;
+    assert!(said.contains("100 %  at a place that is not among these") && said.contains("->"), "{said}");
 }

@@ -20,8 +20,8 @@ fn runs_are_recorded() {
     workspace.must(&["localize", "out/run.mcap", "--map", "robocup-spl-2010", "--estimates", "again.csv"]);
     let again = std::fs::read_to_string(workspace.path("again.csv")).unwrap();
     assert_eq!(again.lines().count(), 1 + 9, "a recording is a bag as well");
-    workspace.must(&["slam", "sim:room", "--end", "12", "--record", "slam.mcap"]);
-    workspace.must(&["slam", "sim:room", "--end", "12", "--trajectory", "first.tum"]);
+    workspace.must(&["slam", "sim:room", "--until", "12", "--record", "slam.mcap"]);
+    workspace.must(&["slam", "sim:room", "--until", "12", "--trajectory", "first.tum"]);
     workspace.must(&["slam", "slam.mcap", "--trajectory", "again.tum"]);
     let poses = |name: &str| std::fs::read_to_string(workspace.path(name)).unwrap();
     assert_eq!(poses("first.tum"), poses("again.tum"), "of the same images the same poses");
@@ -57,7 +57,7 @@ fn what_cannot_be_driven_is_refused_with_what_can() {
     let publish = ["--publish", "127.0.0.1:0", "--allow-drive"];
     workspace.must(&["simulate", "tour", "--frames", "2", "--out", "short.mcap"]);
     for run in
-        [&["localize", "short.mcap", "--map", "robocup-spl-2010"][..], &["slam", "sim:room", "--end", "2"]]
+        [&["localize", "short.mcap", "--map", "robocup-spl-2010"][..], &["slam", "sim:room", "--until", "2"]]
     {
         let refused = workspace.visloc(&[run, &publish].concat());
         assert!(
@@ -67,8 +67,8 @@ fn what_cannot_be_driven_is_refused_with_what_can() {
         );
     }
     // A robot that is driven has no end that is known before.
-    let range = workspace.refused(&[&["slam", "sim:robocup", "--end", "2"][..], &publish].concat());
-    assert!(range.contains("--end"), "{range}");
+    let range = workspace.refused(&[&["slam", "sim:robocup", "--until", "2"][..], &publish].concat());
+    assert!(range.contains("--until"), "{range}");
     let alone = workspace.visloc(&["localize", "sim:tour", "--allow-drive"]);
     assert!(alone.code == 2 && alone.stderr.contains("--publish"), "{}", alone.stderr);
 }
@@ -93,7 +93,7 @@ fn a_driven_robot_asks_for_a_token_and_stands_until_it_is_driven() {
 #[test]
 fn a_driven_robot_in_a_map_of_slam_stands_until_it_is_driven() {
     let workspace = Workspace::new();
-    workspace.must(&["slam", "sim:office-walk", "--end", "12s", "--save", "walk.vmap"]);
+    workspace.must(&["slam", "sim:office-walk", "--until", "12s", "--save", "walk.vmap"]);
     let run =
         ["localize", "sim:office-walk", "--map", "walk.vmap", "--frames", "30", "--trajectory", "way.tum"];
     let drive = ["--publish", "127.0.0.1:0", "--allow-drive", "--record", "run.mcap"];
@@ -146,7 +146,7 @@ fn runs_are_written_for_the_rerun_viewer_directly_and_from_recordings() {
     workspace.must(&["localize", "sim:tour", "--frames", "9", "--record", "run.rrd"]);
     workspace.must(&["localize", "sim:tour", "--frames", "9", "--record", "run.mcap"]);
     workspace.must(&["studio", "--replay", "run.mcap", "--export", "again.rrd"]);
-    workspace.must(&["slam", "sim:room", "--end", "12", "--record", "slam.rrd"]);
+    workspace.must(&["slam", "sim:room", "--until", "12", "--record", "slam.rrd"]);
     for name in ["run.rrd", "again.rrd", "slam.rrd"] {
         let bytes = std::fs::read(workspace.path(name)).unwrap();
         assert!(bytes.starts_with(b"RRF"), "{name}: {:?}", &bytes[..4]);

@@ -38,6 +38,8 @@ visloc_core::with_defaults! {
         pub end: Option<Bound> = None,
         /// One of so many images is used; 0 counts as 1.
         pub stride: usize = 1,
+        /// Most images that are used; `None` for all.
+        pub most: Option<usize> = None,
     }
 }
 
@@ -60,7 +62,13 @@ impl SequenceRange {
         };
         let end = self.end.map_or(files.len(), index).min(files.len());
         let start = index(self.start);
-        files.into_iter().take(end).skip(start).step_by(self.stride.max(1)).collect()
+        files
+            .into_iter()
+            .take(end)
+            .skip(start)
+            .step_by(self.stride.max(1))
+            .take(self.most.unwrap_or(usize::MAX))
+            .collect()
     }
 }
 
@@ -78,17 +86,17 @@ mod tests {
                 path: format!("{i}").into(),
             })
             .collect();
-        let names = |start: &str, end: Option<&str>, stride| {
+        let names = |start: &str, end: Option<&str>, stride, most| {
             let end = end.map(|end| end.parse().unwrap());
-            let range = SequenceRange { start: start.parse().unwrap(), end, stride };
+            let range = SequenceRange { start: start.parse().unwrap(), end, stride, most };
             let names = range.select(files.clone()).into_iter().map(|file| file.path.display().to_string());
             names.collect::<String>()
         };
-        assert_eq!(names("0", None, 1), "0123456789");
-        assert_eq!(names("2", Some("7"), 2), "246");
-        assert_eq!(names("1s", Some("2.5s"), 1), "234");
-        assert_eq!(names("4.6s", None, 0), "");
-        assert_eq!(names("20", Some("3"), 1), "");
+        assert_eq!(names("0", None, 1, None), "0123456789");
+        assert_eq!(names("2", Some("7"), 2, Some(2)), "24");
+        assert_eq!(names("1s", Some("2.5s"), 1, Some(9)), "234");
+        assert_eq!(names("4.6s", None, 0, None), "");
+        assert_eq!(names("20", Some("3"), 1, None), "");
     }
 
     #[test]

@@ -2,7 +2,10 @@
 
 use std::{fmt, io, path::Path};
 
-use crate::sources::{KINDS, Purpose, SourceKind, SourceOptions, SourcesError, kinds};
+use crate::{
+    sequence::is_image,
+    sources::{KINDS, Purpose, SourceKind, SourceOptions, SourcesError, kinds},
+};
 
 /// Names that differ in at most so many letters, and in less than half of them, are thought to be meant.
 const MAX_TYPOS: usize = 2;
@@ -43,8 +46,10 @@ impl<'a> SourceAddress<'a> {
             Err(source) => return Err(SourcesError::Unreadable { argument: text.into(), source }),
         }
         let kind = KINDS.iter().find(|kind| (kind.claims)(path));
-        let kind =
-            kind.ok_or_else(|| SourcesError::UnknownFile { path: path.to_path_buf(), known: known_forms() })?;
+        let kind = kind.ok_or_else(|| match (path.to_path_buf(), is_image(path)) {
+            (path, true) => SourcesError::Photo { path },
+            (path, false) => SourcesError::UnknownFile { path, known: known_forms() },
+        })?;
         Ok(Self { text, scheme: "", rest: text, kind })
     }
 
@@ -169,6 +174,7 @@ mod tests {
         }
         assert_eq!(kind("ros2:").unwrap(), "ROS 2 topics", "all names are the usual ones");
         assert!(kind(&file("notes.txt")).unwrap_err().contains("cannot tell what it is"));
+        assert!(kind(&file("photo.JPG")).unwrap_err().contains("visloc locate PHOTO"));
     }
 
     #[test]

@@ -52,6 +52,16 @@ pub enum SourcesError {
         /// What the user wrote.
         argument: String,
     },
+    /// A photo in place of a recording.
+    #[error(
+        "{}: expected a recording, a folder of images or a camera, found a single image; where it was taken says visloc locate PHOTO --map M \
+         --camera C",
+        path.display()
+    )]
+    Photo {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file that no kind of source claims.
     #[error("{}: cannot tell what it is from its name; expected {known}, or say the kind, such as video:FILE", path.display())]
     UnknownFile {

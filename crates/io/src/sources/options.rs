@@ -169,7 +169,7 @@ impl SourceOptions {
             camera,
             mount,
             urdf,
-            range: SequenceRange { start, end, stride },
+            range: SequenceRange { start, end, stride, most },
             scale,
             rate_hz,
             seed,
@@ -196,6 +196,7 @@ impl SourceOptions {
             (SourceOption::Start, *start != whole.start),
             (SourceOption::End, end.is_some()),
             (SourceOption::Stride, *stride != whole.stride),
+            (SourceOption::Frames, most.is_some()),
             (SourceOption::Scale, scale.is_some()),
             (SourceOption::Fps, rate_hz.is_some()),
             (SourceOption::Seed, seed.is_some()),
@@ -293,7 +294,7 @@ impl SourceOptions {
             _ => Ok(()),
         };
         if self.range.is_backward() {
-            let reason = "expected a place behind that of --start".to_owned();
+            let reason = "expected a place behind that of --from".to_owned();
             return Err(SourcesError::Refused { flag: SourceOption::End.flag(), reason });
         }
         in_range(SourceOption::Scale, self.scale, SCALES)?;
@@ -360,11 +361,15 @@ mod tests {
         };
         let seeded = SourceOptions { seed: Some(2), ..SourceOptions::default() };
         assert_eq!(check(&seeded).unwrap_err(), "--seed: x (kind): nothing in it is random; leave it out");
-        let range = SequenceRange { start: Bound::Secs(1.0), end: Some(Bound::Secs(0.5)), stride: 1 };
+        let range = SequenceRange {
+            start: Bound::Secs(1.0),
+            end: Some(Bound::Secs(0.5)),
+            ..SequenceRange::default()
+        };
         let backward = SourceOptions { range, ..SourceOptions::default() };
         let ends = [SourceOption::Start, SourceOption::End];
         let error = backward.check("x", "kind", Purpose::Images, &ends).unwrap_err().to_string();
-        assert!(error.starts_with("--end: expected a place behind that of --start"), "{error}");
+        assert!(error.starts_with("--until: expected a place behind that of --from"), "{error}");
         let elsewhere = vec![SourceOption::Seed];
         assert!(check(&SourceOptions { honored_elsewhere: elsewhere, ..seeded }).is_ok());
         let twice = |name: &str| SourceOptions {

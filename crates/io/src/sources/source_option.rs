@@ -27,11 +27,13 @@ visloc_core::worded_enum! {
         /// Frame of the camera.
         CameraFrame = "--camera-frame",
         /// First image.
-        Start = "--start",
+        Start = "--from",
         /// One past the last image.
-        End = "--end",
+        End = "--until",
         /// One of so many images is used.
         Stride = "--stride",
+        /// Most images that are used.
+        Frames = "--frames",
         /// Size of the images.
         Scale = "--scale",
         /// Images a second.
@@ -82,7 +84,7 @@ impl SourceOption {
             | Self::TruthTopic
             | Self::BaseFrame
             | Self::CameraFrame => "nothing of that name is read from it here; leave it out",
-            Self::Start | Self::End | Self::Stride => "all of it is used; leave it out",
+            Self::Start | Self::End | Self::Stride | Self::Frames => "all of it is used; leave it out",
             Self::Scale => "its images are used in their own size; leave it out",
             Self::Fps => "its images have times of their own; leave it out",
             Self::Seed => "nothing in it is random; leave it out",

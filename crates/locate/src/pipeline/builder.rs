@@ -4,10 +4,9 @@ use visloc_core::{Clock, RngTree};
 use visloc_world::Map;
 
 use super::{Pipeline, PipelineConfig, algorithm_on};
-use crate::{Algorithm, ConfigError, StartPrior};
+use crate::{Algorithm, ConfigError, Localizer, ObservationModel, StartPrior};
 
 /// Settings of a [`Pipeline`].
-#[derive(Debug)]
 pub struct PipelineBuilder<'a> {
     map: &'a Map,
     algorithm: Choice<'a>,
@@ -18,11 +17,13 @@ pub struct PipelineBuilder<'a> {
 }
 
 /// How the algorithm was chosen.
-#[derive(Debug)]
 enum Choice<'a> {
     Named { name: &'a str, toml: Option<&'a str> },
     Made(Box<Algorithm>),
+    Own(OwnLocalizer<'a>),
 }
+
+type OwnLocalizer<'a> = Box<dyn FnOnce(Box<dyn ObservationModel>) -> Box<dyn Localizer> + 'a>;
 
 impl<'a> PipelineBuilder<'a> {
     pub(crate) fn new(map: &'a Map) -> Self {
@@ -47,6 +48,16 @@ impl<'a> PipelineBuilder<'a> {
     #[must_use]
     pub fn named(self, name: &'a str, toml: Option<&'a str>) -> Self {
         Self { algorithm: Choice::Named { name, toml }, ..self }
+    }
+
+    /// An algorithm of one's own. It is given what weighs poses against the images on this map; as those of visloc it is refined by all
+    /// borders in view unless the [features](PipelineConfig::features) are single pixels.
+    #[must_use]
+    pub fn localizer<L: Localizer + 'static>(
+        self,
+        localizer_for: impl FnOnce(Box<dyn ObservationModel>) -> L + 'a,
+    ) -> Self {
+        Self { algorithm: Choice::Own(Box::new(|model| Box::new(localizer_for(model)))), ..self }
     }
 
     /// Parameters of everything but the algorithm.
@@ -84,13 +95,15 @@ impl<'a> PipelineBuilder<'a> {
     /// # Errors
     /// If there is no such algorithm or a parameter is unknown or out of its range.
     pub fn build(self) -> Result<Pipeline, ConfigError> {
-        let algorithm = match self.algorithm {
-            Choice::Made(algorithm) => *algorithm,
-            Choice::Named { name, toml } => algorithm_on(self.map, name, self.config.features, toml)?,
+        let Self { map, algorithm, config, rng, start, clock } = self;
+        let localizer_for = |model: Box<dyn ObservationModel>| match algorithm {
+            Choice::Made(algorithm) => algorithm.build(model),
+            Choice::Named { name, toml } => algorithm_on(map, name, config.features, toml)?.build(model),
+            Choice::Own(localizer_for) => Ok(localizer_for(model)),
         };
-        let mut pipeline = Pipeline::new(self.map, algorithm, &self.config, self.rng, self.clock)?;
-        if !self.start.is_uniform() {
-            pipeline.reset_to(&self.start);
+        let mut pipeline = Pipeline::new(map, localizer_for, &config, rng, clock)?;
+        if !start.is_uniform() {
+            pipeline.reset_to(&start);
         }
         Ok(pipeline)
     }

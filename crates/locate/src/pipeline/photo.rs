@@ -70,6 +70,24 @@ pub struct PhotoPose {
     pub probability: f64,
 }
 
+impl PhotoPose {
+    /// A pose of the camera in a frame with z up, meters.
+    pub fn new(world_from_camera: Rigid3<World, CameraFrame>, probability: f64) -> Self {
+        let (ahead, right) =
+            (world_from_camera.rotate(&Vector3::z()), world_from_camera.rotate(&Vector3::x()));
+        let down = world_from_camera.rotate(&Vector3::y());
+        let at = world_from_camera.translation();
+        Self {
+            world_from_camera,
+            world_from_view: PlanarPose::new(at.x, at.y, ahead.y.atan2(ahead.x)),
+            pitch_down_rad: (-ahead.z).clamp(-1.0, 1.0).asin(),
+            roll_clockwise_rad: (-right.z).atan2(-down.z),
+            height_m: at.z,
+            probability,
+        }
+    }
+}
+
 /// All places that explain a photo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoAnswer {
@@ -203,21 +221,7 @@ fn distinct(mut found: Vec<Place>, mirrored: impl Fn(&PlanarPose) -> Option<Plan
 fn photo_pose(camera: &CameraState, robot_from_camera: &Rigid3<Robot, CameraFrame>) -> PhotoPose {
     let up = Rigid3::<Robot, Robot>::new(Rotation3::identity(), Vector3::z() * camera.raise_m);
     let turn = Rigid3::new(Rotation3::from_scaled_axis(camera.tilt_rad), Vector3::zeros());
-    pose_of(camera.world_from_robot.to_rigid3() * up * *robot_from_camera * turn)
-}
-
-fn pose_of(world_from_camera: Rigid3<World, CameraFrame>) -> PhotoPose {
-    let (ahead, right) = (world_from_camera.rotate(&Vector3::z()), world_from_camera.rotate(&Vector3::x()));
-    let down = world_from_camera.rotate(&Vector3::y());
-    let at = world_from_camera.translation();
-    PhotoPose {
-        world_from_camera,
-        world_from_view: PlanarPose::new(at.x, at.y, ahead.y.atan2(ahead.x)),
-        pitch_down_rad: (-ahead.z).clamp(-1.0, 1.0).asin(),
-        roll_clockwise_rad: (-right.z).atan2(-down.z),
-        height_m: at.z,
-        probability: 0.0,
-    }
+    PhotoPose::new(camera.world_from_robot.to_rigid3() * up * *robot_from_camera * turn, 0.0)
 }
 
 /// Probabilities of the places, and of none of them: a place that no search has found is as probable as all that only one has (Good and
@@ -238,7 +242,7 @@ fn answer(places: &[Place], mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>
             None => poses.push(PhotoPose { probability, ..*pose }),
             Some(other) => {
                 let half_turn: Rigid3<World, World> = other.to_rigid3() * planar.to_rigid3().inverse();
-                let turned = pose_of(half_turn * pose.world_from_camera);
+                let turned = PhotoPose::new(half_turn * pose.world_from_camera, 0.0);
                 let probability = probability / 2.0;
                 poses.extend([*pose, turned].map(|pose| PhotoPose { probability, ..pose }));
             }

@@ -5,7 +5,7 @@ use visloc_world::Map;
 
 use super::{ImageAnalyzer, PipelineBuilder, PipelineConfig, world_parts::WorldParts};
 use crate::{
-    Algorithm, ConfigError, Estimate, LiftDetector, Localizer, StartPrior, StepInput,
+    ConfigError, Estimate, LiftDetector, Localizer, ObservationModel, StartPrior, StepInput,
     per_camera::OtherCameras,
     refine::Refined,
     vision::{AnalysisError, Percept},
@@ -43,14 +43,14 @@ impl Pipeline {
 
     pub(crate) fn new(
         map: &Map,
-        algorithm: Algorithm,
+        localizer_for: impl FnOnce(Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>,
         config: &PipelineConfig,
         rng: RngTree,
         clock: Clock,
     ) -> Result<Self, ConfigError> {
         config.check()?;
         let parts = WorldParts::new(map, config)?;
-        let mut localizer = algorithm.build(parts.model)?;
+        let mut localizer = localizer_for(parts.model)?;
         if let Some(rich) = parts.rich {
             localizer = Box::new(Refined::new(rich.config, localizer, rich.features, rich.pixels)?);
         }

@@ -1,8 +1,13 @@
 use serde_json::{Value, json};
-use visloc_core::settings::{Parameter, Settings, overlay, parameters};
+use visloc_core::{
+    Frame, RgbImage, Rng, Timestamp,
+    geom::{Camera, Mount},
+    settings::{Parameter, Settings, overlay, parameters},
+};
 use visloc_world::Map;
 
 use super::*;
+use crate::{Estimate, Individual, Localizer, ObservationModel, StepInput};
 
 /// Another value than that of a parameter.
 fn other(parameter: &Parameter) -> Value {
@@ -108,5 +113,51 @@ fn every_key_of_every_algorithm_changes_it() {
                 }
             }
         }
+    }
+}
+
+/// Knows what it is told at the start, and counts images.
+struct Dreamer {
+    model: Box<dyn ObservationModel>,
+    estimate: Estimate,
+    num_weighed: usize,
+}
+
+impl Localizer for Dreamer {
+    fn reset(&mut self) {
+        self.estimate = Estimate::unknown();
+    }
+
+    fn step(&mut self, input: &StepInput<'_>, _: &mut Rng) -> &Estimate {
+        self.model.condition_on(input.percept);
+        self.estimate.likelihood = self.model.likelihood(&self.estimate.world_from_robot);
+        self.num_weighed += 1;
+        &self.estimate
+    }
+
+    fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
+    fn individuals(&self, _: &mut Vec<Individual>) {}
+
+    fn num_weighed(&self) -> usize {
+        self.num_weighed
+    }
+}
+
+#[test]
+fn an_algorithm_of_ones_own_follows_the_robot() {
+    let map = Map::load("robocup-spl-2010").unwrap();
+    let config = PipelineConfig { features: FeatureChoice::Pixels, ..PipelineConfig::default() };
+    let dreamer = |model| Dreamer { model, estimate: Estimate::unknown(), num_weighed: 0 };
+    let mut pipeline = Pipeline::builder(&map).localizer(dreamer).config(config).build().unwrap();
+    let camera = Camera::pinhole((64, 48), (70.0, 70.0), (31.5, 23.5)).unwrap();
+    for i in 1..=3 {
+        let at = Timestamp::from_secs(f64::from(i));
+        let frame = Frame::new(at, RgbImage::new(64, 48), camera, Mount::default().robot_from_camera());
+        let estimate = pipeline.step(&frame).unwrap();
+        assert!((0.0..=1.0).contains(&estimate.likelihood));
+        assert_eq!(pipeline.localizer().num_weighed(), i as usize);
     }
 }

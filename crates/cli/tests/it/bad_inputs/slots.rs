@@ -143,8 +143,8 @@ pub const SLOTS: &[Slot] = &[
     slot("slam", "--load", "@tum --load {} --save out/later.vmap --json out/r.json", &[VisualMap]),
     small("slam", "--poses", "@tum --poses {} --save out/given.vmap", &[PosesTum, PosesEuroc]),
     slot("slam", "--params-file", "@tum --params-file {} --json out/r.json", &[RosParameters]),
-    slot("slam", "--urdf", "@bag.mcap --urdf {} --end 1", &[Urdf]),
-    slot("slam", "--topics", "@bag.mcap --topics {} --end 1", &[Topics]),
+    slot("slam", "--urdf", "@bag.mcap --urdf {} --until 1", &[Urdf]),
+    slot("slam", "--topics", "@bag.mcap --topics {} --until 1", &[Topics]),
     slot("extract", "SOURCE", "{} --ffmpeg @ffmpeg --out out/images", &[Video]),
     without_camera("extract", "SOURCE", "{} --out out/images", CAMERA_SOURCES),
     slot("extract", "--camera", "@tum --camera {} --out out/images", &[CameraToml, CameraKalibr]),
@@ -219,6 +219,7 @@ pub const SLOTS: &[Slot] = &[
         &[Png, Jpeg],
     ),
     slot("locate", "--map", "@image.png --map {} --camera @camera.toml --pitch 10 --height 0.5", &[MapField]),
+    slot("locate", "--map", "@image.png --map {} --camera @camera.toml", &[VisualMap]),
     slot(
         "locate",
         "--camera",

@@ -10,7 +10,7 @@ use visloc_core::{
 use super::{Shot, ranged::Ranged, same_size::SameSize};
 use crate::{
     image_codec::resize_gray,
-    sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
+    sequence::{Calibration, SequenceRange, check_scaled, fit_calibration, read_calibration},
     sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request},
 };
 
@@ -101,6 +101,35 @@ pub(crate) fn frames_of_pictures(
         Ok(SourceFrame { frame: Frame::new(at, image, camera, robot_from_camera), truth: None })
     });
     Ok(OpenFrames { frames: Box::new(frames), map: None, warnings })
+}
+
+/// The frames of a robot in the range that was asked for.
+pub(crate) fn frames_in_range(request: &Request<'_>, open: OpenFrames) -> Result<OpenFrames, SourcesError> {
+    Ok(OpenFrames { frames: in_range(request, open.frames)?, ..open })
+}
+
+/// The pictures in the range that was asked for.
+pub(crate) fn pictures_in_range(
+    request: &Request<'_>,
+    open: OpenPictures,
+) -> Result<OpenPictures, SourcesError> {
+    Ok(OpenPictures { pictures: in_range(request, open.pictures)?, ..open })
+}
+
+fn in_range<T: Shot + 'static>(
+    request: &Request<'_>,
+    images: Box<dyn Source<T>>,
+) -> Result<Box<dyn Source<T>>, SourcesError> {
+    if request.options.range == SequenceRange::default() {
+        return Ok(images);
+    }
+    let mut images = Ranged::new(images, request.options.range);
+    if request.address.kind().is_live {
+        return Ok(Box::new(images));
+    }
+    let first = images.next_item();
+    let first = first.ok_or_else(|| request.empty(images.why_none()))??;
+    Ok(Box::new(PutBack::new(first, Box::new(images))))
 }
 
 /// The camera of the first image of the range that was asked for, and the images of that size.

@@ -5,7 +5,7 @@ use visloc_core::{Source, SourceError, SourceStatus, Timestamp};
 use super::Shot;
 use crate::sequence::{Bound, SequenceRange};
 
-/// The pictures or gray images in a range.
+/// The images in a range.
 pub(super) struct Ranged<T> {
     inner: Box<dyn Source<T>>,
     range: SequenceRange,
@@ -14,6 +14,7 @@ pub(super) struct Ranged<T> {
     /// Images seen so far, and of them since the start of the range.
     num_seen: usize,
     num_inside: usize,
+    num_taken: usize,
 }
 
 /// What becomes of an image.
@@ -25,14 +26,15 @@ enum Verdict {
 
 impl<T> Ranged<T> {
     pub(super) fn new(inner: Box<dyn Source<T>>, range: SequenceRange) -> Self {
-        Self { inner, range, first_at: None, last_at: None, num_seen: 0, num_inside: 0 }
+        Self { inner, range, first_at: None, last_at: None, num_seen: 0, num_inside: 0, num_taken: 0 }
     }
 
     /// Whether no further image can be in the range, so that a live source is not waited for, and a long one is not read to its
     /// end for nothing.
     fn is_over(&self, num_images: Option<usize>) -> bool {
         let is_behind = |start: usize| num_images.is_some_and(|number| start >= number);
-        matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
+        self.range.most.is_some_and(|most| self.num_taken >= most)
+            || matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
             || matches!(self.range.start, Bound::Frame(start) if is_behind(start))
     }
 
@@ -53,6 +55,7 @@ impl<T> Ranged<T> {
         }
         self.num_inside += 1;
         let is_wanted = (self.num_inside - 1).is_multiple_of(self.range.stride.max(1));
+        self.num_taken += usize::from(is_wanted);
         if is_wanted { Verdict::Take } else { Verdict::Leave }
     }
 
@@ -62,9 +65,10 @@ impl<T> Ranged<T> {
             return String::new();
         }
         let secs = self.first_at.zip(self.last_at).map_or(0.0, |(first, last)| last.secs_since(first));
-        let has = match self.num_seen {
-            0 => String::new(),
-            num => format!(": the source has {num} images, {secs:.1} s long"),
+        let has = match (self.num_seen, self.inner.status().num_items) {
+            (0, None) => String::new(),
+            (0, Some(num)) => format!(": the source has {num} images"),
+            (num, _) => format!(": the source has {num} images, {secs:.1} s long"),
         };
         format!(" in the range that was asked for{has}")
     }
@@ -112,16 +116,16 @@ mod tests {
 
     #[test]
     fn the_same_ranges_as_for_files() {
-        let numbers = |start: &str, end: Option<&str>, stride| {
+        let numbers = |start: &str, end: Option<&str>, stride, most| {
             let end = end.map(|end| end.parse().unwrap());
-            let range = SequenceRange { start: start.parse().unwrap(), end, stride };
+            let range = SequenceRange { start: start.parse().unwrap(), end, stride, most };
             let mut ranged = Ranged::new(Box::new(Numbers(0)), range);
             let next = || Some((ranged.next_item()?.unwrap().image.width() - 1).to_string());
             std::iter::from_fn(next).collect::<String>()
         };
-        assert_eq!(numbers("0", None, 1), "0123456789");
-        assert_eq!(numbers("2", Some("7"), 2), "246");
-        assert_eq!(numbers("1s", Some("2.5s"), 1), "234");
-        assert_eq!(numbers("20", Some("3"), 1), "");
+        assert_eq!(numbers("0", None, 1, None), "0123456789");
+        assert_eq!(numbers("2", Some("7"), 2, Some(2)), "24");
+        assert_eq!(numbers("1s", Some("2.5s"), 1, Some(9)), "234");
+        assert_eq!(numbers("20", Some("3"), 1, None), "");
     }
 }

@@ -13,9 +13,14 @@ use crate::{
     sequence::{Calibration, fit_calibration, is_image, read_calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures, SourceOption,
-        SourceOption::{Camera, CameraInfoTopic, End, ImageTopic, Mount, Scale, Start, Stride, Topics, Urdf},
+        SourceOption::{
+            Camera, CameraInfoTopic, End, Frames, ImageTopic, Mount, Scale, Start, Stride, Topics, Urdf,
+        },
         SourcesError,
-        adapt::{CameraFrames, ManyCameras, gray_of_frames, images_of_gray, images_of_pictures},
+        adapt::{
+            CameraFrames, ManyCameras, frames_in_range, gray_of_frames, images_of_gray, images_of_pictures,
+            pictures_in_range,
+        },
         open::Request,
     },
     urdf::{RobotDescription, read_robot_description},
@@ -31,14 +36,22 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| true,
     problem: always_usable,
     claims,
-    frames: Way { honors: |_| [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS].concat(), open: frames },
+    frames: Way {
+        honors: |_| {
+            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Start, End, Stride, Frames]].concat()
+        },
+        open: |request| frames_in_range(request, frames(request)?),
+    },
     images: Way {
         honors: |_| {
-            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Start, End, Stride, Scale]].concat()
+            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Start, End, Stride, Frames, Scale]].concat()
         },
         open: images,
     },
-    pictures: Way { honors: |_| vec![Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
+    pictures: Way {
+        honors: |_| vec![Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Frames],
+        open: |request| pictures_in_range(request, pictures(request)?),
+    },
 };
 
 fn claims(path: &Path) -> bool {

@@ -10,7 +10,7 @@ use crate::{
     },
     sources::{
         OpenFrames, OpenImages, OpenPictures,
-        SourceOption::{Camera, End, Fps, Mount, Scale, Start, Stride},
+        SourceOption::{Camera, End, Fps, Frames, Mount, Scale, Start, Stride},
         SourcesError,
         adapt::frames_of_pictures,
         open::Request,
@@ -28,9 +28,9 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| false,
     problem: always_usable,
     claims: Path::is_dir,
-    frames: Way { honors: |_| vec![Camera, Mount, Start, End, Stride, Fps], open: frames },
-    images: Way { honors: |_| vec![Camera, Start, End, Stride, Scale, Fps], open: images },
-    pictures: Way { honors: |_| vec![Camera, Start, End, Stride, Fps], open: pictures },
+    frames: Way { honors: |_| vec![Camera, Mount, Start, End, Stride, Frames, Fps], open: frames },
+    images: Way { honors: |_| vec![Camera, Start, End, Stride, Frames, Scale, Fps], open: images },
+    pictures: Way { honors: |_| vec![Camera, Start, End, Stride, Frames, Fps], open: pictures },
 };
 
 fn sequence_options(request: &Request<'_>) -> SequenceOptions {

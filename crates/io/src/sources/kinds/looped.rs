@@ -12,8 +12,9 @@ use super::{
 use crate::{
     sequence::{ImageFile, Listing, SequenceOptions, list_sequence},
     sources::{
-        SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride},
+        SourceOption::{Camera, End, Ffmpeg, Fps, Frames, Mount, Patience, Scale, Start, Stride},
         SourcesError,
+        adapt::pictures_in_range,
         open::Request,
         video::{self, Decoded, FfmpegInput, ffmpeg_problem},
     },
@@ -30,16 +31,16 @@ pub(super) const KIND: SourceKind = SourceKind {
     problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: claims_nothing,
     frames: Way {
-        honors: |_| vec![Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
+        honors: |_| vec![Camera, Mount, Start, End, Stride, Frames, Fps, Patience, Ffmpeg],
         open: |request| video::frames(request, input(request)?),
     },
     images: Way {
-        honors: |_| vec![Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
+        honors: |_| vec![Camera, Start, End, Stride, Frames, Scale, Fps, Patience, Ffmpeg],
         open: |request| video::images(request, input(request)?),
     },
     pictures: Way {
-        honors: |_| vec![Camera, Fps, Patience, Ffmpeg],
-        open: |request| video::pictures(request, input(request)?),
+        honors: |_| vec![Camera, Start, End, Stride, Frames, Fps, Patience, Ffmpeg],
+        open: |request| pictures_in_range(request, video::pictures(request, input(request)?)?),
     },
 };
 

@@ -4,10 +4,11 @@ use super::{SourceKind, Way, claims_nothing};
 use crate::sources::{
     OpenFrames, OpenImages, OpenPictures, SourceOption,
     SourceOption::{
-        Camera, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, Patience, RosDomain, Scale, Start, Stride,
-        Topics, Urdf,
+        Camera, CameraInfoTopic, End, Frames, ImageQos, ImageTopic, Mount, Patience, RosDomain, Scale, Start,
+        Stride, Topics, Urdf,
     },
     SourceOptions, SourcesError,
+    adapt::{frames_in_range, pictures_in_range},
     open::Request,
 };
 
@@ -23,20 +24,24 @@ pub(super) const KIND: SourceKind = SourceKind {
     claims: claims_nothing,
     frames: Way {
         honors: |_| {
-            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Patience, ImageQos, RosDomain]].concat()
+            let robot = [Camera, Mount, Urdf, Start, End, Stride, Frames];
+            [&robot[..], &SourceOption::TOPICS, &[Patience, ImageQos, RosDomain]].concat()
         },
-        open: frames,
+        open: |request| frames_in_range(request, frames(request)?),
     },
     images: Way {
         honors: |_| {
             let topics = [Camera, Topics, ImageTopic, CameraInfoTopic];
-            [&topics[..], &[Start, End, Stride, Scale], &[Patience, ImageQos, RosDomain]].concat()
+            [&topics[..], &[Start, End, Stride, Frames, Scale], &[Patience, ImageQos, RosDomain]].concat()
         },
         open: images,
     },
     pictures: Way {
-        honors: |_| vec![Camera, Topics, ImageTopic, CameraInfoTopic, Patience, ImageQos, RosDomain],
-        open: pictures,
+        honors: |_| {
+            let topics = [Camera, Topics, ImageTopic, CameraInfoTopic];
+            [&topics[..], &[Start, End, Stride, Frames], &[Patience, ImageQos, RosDomain]].concat()
+        },
+        open: |request| pictures_in_range(request, pictures(request)?),
     },
 };
 

@@ -10,9 +10,12 @@ use crate::{
     sequence::{Bound, Calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures, SourceAddress,
-        SourceOption::{End, Scale, Seed, Start, Stride, Threads},
+        SourceOption::{End, Frames, Scale, Seed, Start, Stride, Threads},
         SourcesError,
-        adapt::{CameraFrames, gray_of_frames, images_of_gray, pictures_of_frames, pictures_of_images},
+        adapt::{
+            CameraFrames, frames_in_range, gray_of_frames, images_of_gray, pictures_in_range,
+            pictures_of_frames, pictures_of_images,
+        },
         address::nearest,
         open::Request,
     },
@@ -28,13 +31,20 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |name| !is_tour(name),
     problem: always_usable,
     claims: claims_nothing,
-    frames: Way { honors: |_| vec![Seed, Threads], open: frames },
-    images: Way { honors: |_| vec![Start, End, Stride, Scale, Seed, Threads], open: images },
+    frames: Way {
+        honors: |_| vec![Start, End, Stride, Frames, Seed, Threads],
+        open: |request| frames_in_range(request, frames(request)?),
+    },
+    images: Way { honors: |_| vec![Start, End, Stride, Frames, Scale, Seed, Threads], open: images },
     pictures: Way {
         honors: |name| {
-            if is_tour(name) { vec![Start, End, Stride, Scale, Seed, Threads] } else { vec![Seed, Threads] }
+            let scale: &[_] = if is_tour(name) { &[Scale] } else { &[] };
+            [&[Start, End, Stride, Frames, Seed, Threads][..], scale].concat()
         },
-        open: pictures,
+        open: |request| {
+            let open = pictures(request)?;
+            if is_tour(request.address.rest()) { Ok(open) } else { pictures_in_range(request, open) }
+        },
     },
 };
 
@@ -101,11 +111,16 @@ pub fn simulated_scenario(address: &SourceAddress<'_>) -> Result<Scenario, Sourc
 fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
     let scenario = simulated_scenario(&request.address)?;
     let options = request.options;
-    if options.usual.max_frames.is_some_and(|number| number > MAX_FRAMES) {
+    // Those before the range have to be drawn, too.
+    let max_frames = match (options.usual.max_frames, options.range.start) {
+        (Some(number), Bound::Frame(start)) => Some(number.saturating_add(start)),
+        _ => None,
+    };
+    if max_frames.is_some_and(|number| number > MAX_FRAMES) {
         return request.cannot(format!("--frames: expected at most {MAX_FRAMES} for a simulation"));
     }
     let simulation = Simulation::new(&scenario, options.seed())?.with_threads(options.num_threads());
-    Ok(match options.usual.max_frames {
+    Ok(match max_frames {
         Some(max_frames) => simulation.with_num_frames(max_frames),
         None => simulation,
     })
@@ -148,9 +163,12 @@ fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
         Bound::Secs(secs) => (secs * rate).ceil() as usize,
     };
     let range = options.range;
+    let start = frame(range.start);
+    let behind = range.most.map(|most| start.saturating_add(most.saturating_mul(range.stride.max(1))));
+    let end = range.end.map_or(usize::MAX, frame).min(behind.unwrap_or(usize::MAX));
     let tour = tour
         .with_size((side(width), side(height)))?
-        .with_frames(frame(range.start), range.end.map_or(usize::MAX, frame), range.stride)
+        .with_frames(start, end, range.stride)
         .with_threads(options.num_threads());
     Ok(OpenImages { truth: Some(tour.truth()), images: Box::new(tour), warnings: Vec::new() })
 }

@@ -4,8 +4,9 @@ use std::{ffi::OsString, path::Path};
 
 use super::{SourceKind, Way, has_extension};
 use crate::sources::{
-    SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Scale, Start, Stride},
+    SourceOption::{Camera, End, Ffmpeg, Fps, Frames, Mount, Scale, Start, Stride},
     SourcesError,
+    adapt::pictures_in_range,
     open::Request,
     video::{self, Decoded, FfmpegInput, ffmpeg_problem},
 };
@@ -21,16 +22,16 @@ pub(super) const KIND: SourceKind = SourceKind {
     problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: is_video,
     frames: Way {
-        honors: |_| vec![Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
+        honors: |_| vec![Camera, Mount, Start, End, Stride, Frames, Fps, Ffmpeg],
         open: |request| video::frames(request, input(request)?),
     },
     images: Way {
-        honors: |_| vec![Camera, Start, End, Stride, Scale, Fps, Ffmpeg],
+        honors: |_| vec![Camera, Start, End, Stride, Frames, Scale, Fps, Ffmpeg],
         open: |request| video::images(request, input(request)?),
     },
     pictures: Way {
-        honors: |_| vec![Camera, Fps, Ffmpeg],
-        open: |request| video::pictures(request, input(request)?),
+        honors: |_| vec![Camera, Start, End, Stride, Frames, Fps, Ffmpeg],
+        open: |request| pictures_in_range(request, video::pictures(request, input(request)?)?),
     },
 };
 
