@@ -136,7 +136,6 @@ fn plain(key: &str) -> String {
 }
 
 /// The camera matrix, told by its name, else by its form; `None` if there is none.
-#[expect(clippy::type_complexity, reason = "a name and numbers, or what is wrong")]
 fn camera_matrix<'a>(lists: &'a [(&'a str, Vec<f64>)]) -> Result<Option<(&'a str, &'a [f64])>, String> {
     const NAMES: [&str; 3] = ["cameramatrix", "k", "mtx"];
     let named = lists.iter().find(|(key, _)| NAMES.contains(&plain(key).as_str()));
