@@ -142,7 +142,7 @@ fn lay_circle(circle: &CenterCircle, features: &FieldFeatures, rng: &mut Rng) ->
 }
 
 /// The pose with this heading that takes a place seen from the robot to a place of the world.
-fn align(in_robot: &Point2<f64>, in_world: &Point2<f64>, yaw_rad: f64) -> PlanarPose {
+pub(super) fn align(in_robot: &Point2<f64>, in_world: &Point2<f64>, yaw_rad: f64) -> PlanarPose {
     let offset = Rotation2::new(yaw_rad) * in_robot.coords;
     PlanarPose::new(in_world.x - offset.x, in_world.y - offset.y, yaw_rad)
 }
@@ -156,11 +156,11 @@ fn yaw_from_lines(features: &FieldFeatures, rng: &mut Rng) -> f64 {
     }
 }
 
-fn quarter_turns(rng: &mut Rng) -> f64 {
+pub(super) fn quarter_turns(rng: &mut Rng) -> f64 {
     f64::from(rng.random_range(0..4_u8)) * FRAC_PI_2
 }
 
-fn heading(direction: &Vector2<f64>) -> f64 {
+pub(super) fn heading(direction: &Vector2<f64>) -> f64 {
     direction.y.atan2(direction.x)
 }
 

@@ -1,13 +1,18 @@
-//! Poses that a piece of a line suggests.
+//! Poses that pieces of lines suggest.
 //!
-//! Three border pixels in a row on the ground are a piece of a straight border with its white on a known side. Laid on one
-//! of the field's borders it leaves only the place along that border open, so some hundred suggestions cover a field.
+//! Three border pixels in a row on the ground are a piece of a border with its white on a known side. A straight one that is laid on one
+//! of the field's borders leaves only the place along that border open, so some hundred suggestions cover a field. One that is bent
+//! as the center circle tells where the circle's center is, and a straight one how the field is turned, up to quarter turns: where the
+//! camera looks elsewhere than reported, the circle as a whole is not found.
 
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
 use visloc_core::{Rng, geom::PlanarPose};
 
-use super::outline::Outline;
+use super::{
+    composites::{align, heading, quarter_turns},
+    outline::Outline,
+};
 
 /// Shortest and longest piece, meters.
 const PIECE_M: std::ops::Range<f64> = 0.08..1.5;
@@ -51,6 +56,15 @@ impl Nets {
     }
 }
 
+/// Three border pixels in a row, as a part of the field.
+#[derive(Debug, Clone, Copy)]
+enum Piece {
+    /// Of a straight border: its middle and the direction towards its white.
+    Straight { middle: Point2<f64>, inward: Vector2<f64> },
+    /// Of a border of the center circle.
+    Arc { center: Point2<f64> },
+}
+
 /// A pose at which a piece of a line, taken at random, lies on a border of the field or on the bar at the foot of a net.
 pub(super) fn pose_from_line(
     borders: &[GroundBorder],
@@ -58,22 +72,32 @@ pub(super) fn pose_from_line(
     nets: &Nets,
     rng: &mut Rng,
 ) -> Option<PlanarPose> {
-    let (middle, inward) = (0..TRIES).find_map(|_| piece(borders, rng))?;
-    let (point, target_inward) = random_point(outlines, nets, rng);
-    let yaw_rad = target_inward.y.atan2(target_inward.x) - inward.y.atan2(inward.x);
-    let offset = Rotation2::new(yaw_rad) * middle.coords;
-    Some(PlanarPose::new(point.x - offset.x, point.y - offset.y, yaw_rad))
+    match (0..TRIES).find_map(|_| piece(borders, outlines, rng))? {
+        Piece::Straight { middle, inward } => {
+            let (point, target_inward) = random_point(outlines, nets, rng);
+            Some(align(&middle, &point, heading(&target_inward) - heading(&inward)))
+        }
+        Piece::Arc { center } => {
+            let straight = |_| match piece(borders, outlines, rng)? {
+                Piece::Straight { inward, .. } => Some(inward),
+                Piece::Arc { .. } => None,
+            };
+            let inward = (0..TRIES).find_map(straight)?;
+            Some(align(&center, &Point2::origin(), quarter_turns(rng) - heading(&inward)))
+        }
+    }
 }
 
-/// Middle of a straight piece and the direction towards its white, seen from the robot.
-fn piece(borders: &[GroundBorder], rng: &mut Rng) -> Option<(Point2<f64>, Vector2<f64>)> {
+/// Three pixels of one border, in the order of the scan lines, seen from the robot.
+fn piece(borders: &[GroundBorder], outlines: &[Outline], rng: &mut Rng) -> Option<Piece> {
     if borders.len() < 3 {
         return None;
     }
     let first = rng.random_range(0..borders.len() - 2);
     let a = borders[first];
     let last = (first + 2 * MAX_STEPS).min(borders.len() - 1);
-    let c = borders[rng.random_range(first + 2..=last)];
+    let last = rng.random_range(first + 2..=last);
+    let c = borders[last];
     let along = c.at - a.at;
     let length = along.norm();
     if !PIECE_M.contains(&length) {
@@ -84,13 +108,36 @@ fn piece(borders: &[GroundBorder], rng: &mut Rng) -> Option<(Point2<f64>, Vector
     let has_white =
         |b: &GroundBorder, side: f64| side * b.inward.dot(&across) > STRAIGHTNESS * b.inward.norm();
     let side = [1.0, -1.0].into_iter().find(|side| has_white(&a, *side) && has_white(&c, *side))?;
-    let is_between = |b: &GroundBorder| {
+    let inward = across * side;
+    let centers = outlines.iter().filter_map(|outline| center(outline, &a.at, &c.at, &inward));
+    borders[first + 1..last].iter().find_map(|b| {
         let offset = b.at - a.at;
         let t = offset.dot(&along) / (length * length);
-        (0.2..0.8).contains(&t) && offset.dot(&across).abs() < STRAIGHTNESS * length && has_white(b, side)
-    };
-    let middle = borders[first + 1..last].iter().find(|b| is_between(b))?;
-    Some((middle.at, across * side))
+        if !(0.2..0.8).contains(&t) || !has_white(b, side) {
+            return None;
+        }
+        let is_near = |distance_m: f64| distance_m.abs() < STRAIGHTNESS * length;
+        if is_near(offset.dot(&across)) {
+            return Some(Piece::Straight { middle: b.at, inward });
+        }
+        let mut centers = centers.clone();
+        let (center, _) = centers.find(|(center, radius_m)| is_near((b.at - center).norm() - radius_m))?;
+        Some(Piece::Arc { center })
+    })
+}
+
+/// Where the center of a circle is, with its radius, if two points are on it, with their white at this side of the straight line between them.
+fn center(
+    outline: &Outline,
+    a: &Point2<f64>,
+    c: &Point2<f64>,
+    inward: &Vector2<f64>,
+) -> Option<(Point2<f64>, f64)> {
+    let Outline::Circle { radius_m, is_outer } = outline else { return None };
+    let middle = nalgebra::center(a, c);
+    let height_m = (radius_m * radius_m - (c - middle).norm_squared()).max(0.0).sqrt();
+    let toward = if *is_outer { *inward } else { -inward };
+    Some((middle + toward * height_m, *radius_m))
 }
 
 /// A random point on a straight border of the field or of the bar at the foot of a net, with the direction towards its white.
@@ -121,6 +168,31 @@ mod tests {
     use visloc_core::RngTree;
 
     use super::*;
+
+    /// Pixels of both borders of a piece of the circle and of the halfway line.
+    #[test]
+    fn a_piece_of_the_circle_and_one_of_a_line_lead_near_the_true_pose() {
+        let truth = PlanarPose::new(-1.5, 0.4, 0.3);
+        let seen = |at: Point2<f64>, inward: Vector2<f64>| GroundBorder {
+            at: truth.inverse().transform(&at),
+            inward: Rotation2::new(-truth.yaw_rad) * inward,
+        };
+        let circles = [0.725, 0.775].map(|radius_m| Outline::Circle { radius_m, is_outer: radius_m > 0.75 });
+        let mut borders = Vec::new();
+        for circle in &circles {
+            let Outline::Circle { radius_m, .. } = circle else { continue };
+            let at = |i: i32| Rotation2::new(2.0 + 0.1 * f64::from(i)) * Point2::new(*radius_m, 0.0);
+            borders.extend((0..15).map(at).map(|at| seen(at, circle.inward(&at))));
+        }
+        borders.extend((0..15).map(|i| seen(Point2::new(0.025, 0.05 * f64::from(i)), -Vector2::x())));
+        let nets = Nets { goal_line_m: 3.0, half_goal_m: 0.75, depth_m: 1.0 };
+        let mut rng = RngTree::new(1).stream("suggest", 0);
+        let is_near =
+            |pose: &PlanarPose| pose.distance_m(&truth) < 0.3 && pose.heading_difference_rad(&truth) < 0.1;
+        let found = (0..400).filter_map(|_| pose_from_line(&borders, &circles, &nets, &mut rng));
+        let num_near = found.filter(is_near).count();
+        assert!(num_near >= 20, "{num_near}");
+    }
 
     #[test]
     fn the_bar_at_the_foot_of_a_net_leads_near_the_true_pose() {
