@@ -7,7 +7,7 @@ use super::{
     RefinementConfig,
     known::Known,
     search::{Candidate, Effort, PlaceSearch, middle},
-    tracks::{Tracks, fullness, says_something},
+    tracks::{BIRTH_GATES_PX, Tracks, fullness, says_something},
     turned::Turned,
     turning::{Turning, camera_yaw_rad},
     view::{NEW_VIEW_M, NEW_VIEW_RAD, PresentView, View},
@@ -262,7 +262,9 @@ impl Refined {
         self.candidates.extend(probable.map(|world_from_robot| Candidate { world_from_robot, tilt_rad }));
         self.places.begin();
         let rounds = mount.num_draws(config);
-        let effort = Effort { num_poses: effort.num_poses.div_ceil(rounds), ..effort };
+        let num_kept = effort.num_kept;
+        let short_list = if self.config.has_look_alikes { num_kept } else { 2 * num_kept };
+        let effort = Effort { num_poses: effort.num_poses.div_ceil(rounds), num_kept: short_list };
         for _ in 0..rounds {
             let tilt_rad = mount.draw(rng);
             let percept = self.turned.turn(percept, &tilt_rad);
@@ -270,6 +272,10 @@ impl Refined {
             let model = self.model.as_ref();
             let is_known = |pose: &PlanarPose| is_known(model, pose);
             self.places.search((percept, &tilt_rad), model, effort, is_known, rng);
+        }
+        if !self.config.has_look_alikes {
+            self.model.condition_on(percept);
+            self.places.keep_best_matched(self.model.as_ref(), BIRTH_GATES_PX[0], num_kept);
         }
         self.candidates.extend(self.places.found());
         self.tracks.found(&self.candidates, self.model.as_ref(), config);

@@ -7,7 +7,11 @@ use visloc_core::{
     geom::{PlanarPose, weighted_pose_statistics},
 };
 
-use crate::{ObservationModel, Region, observation::features::FeatureModel, vision::Percept};
+use crate::{
+    ObservationModel, Region,
+    observation::features::{CameraState, FeatureModel},
+    vision::Percept,
+};
 
 /// Two candidates nearer than this are one: the fit of either ends at the same place.
 const SAME_PLACE_M: f64 = 0.15;
@@ -71,6 +75,22 @@ impl PlaceSearch {
         self.best.iter().map(|(candidate, _)| *candidate)
     }
 
+    /// Keeps those of the found places at which most borders of the image lie near counterparts: a place beside the true one, from which a fit
+    /// gets there, is not among the best of twenty pixels. The features must be those of the image as it was taken.
+    pub fn keep_best_matched(&mut self, features: &dyn FeatureModel, gate_px: f64, num_kept: usize) {
+        for (Candidate { world_from_robot, tilt_rad }, value) in &mut self.best {
+            let state = CameraState { tilt_rad: *tilt_rad, ..CameraState::reported(*world_from_robot) };
+            *value = 0.0;
+            features.visit_matches(&state, gate_px, 1, &mut |feature| {
+                let matched =
+                    feature.residual.map_or(0.0, |residual| 1.0 - residual.error_px.abs() / gate_px);
+                *value += matched.max(feature.unmatched_agreement);
+            });
+        }
+        self.best.sort_by(|a, b| b.1.total_cmp(&a.1));
+        self.best.truncate(num_kept);
+    }
+
     /// Weighs suggestions for an image that is seen with the camera turned by `tilt_rad`, and keeps the most likely of those that are not
     /// known yet.
     pub fn search(
@@ -120,4 +140,72 @@ fn keep(best: &mut Vec<(Candidate, f64)>, candidate: Candidate, likelihood: f64,
     let at = best.partition_point(|other| other.1 >= likelihood);
     best.insert(at, (candidate, likelihood));
     best.truncate(max);
+}
+
+#[cfg(test)]
+mod tests {
+    use visloc_world::Map;
+
+    use super::*;
+    use crate::observation::{
+        features::{CameraVector, FeatureMatch, Residual},
+        field::{FieldModelConfig, FieldObservationModel},
+    };
+
+    /// Features that lie 100 pixels per meter off counterparts that are seen from the origin with the camera turned by 0.02 rad.
+    struct AtOrigin;
+
+    impl FeatureModel for AtOrigin {
+        fn condition_on(&mut self, _: &Percept) {}
+
+        fn num_features(&self) -> usize {
+            20
+        }
+
+        fn visit_matches(
+            &self,
+            state: &CameraState,
+            gate_px: f64,
+            _: usize,
+            visit: &mut dyn FnMut(FeatureMatch),
+        ) {
+            let off_m = state.world_from_robot.x_m + state.tilt_rad.x - 0.02;
+            let residual = Residual { error_px: 100.0 * off_m, jacobian: CameraVector::zeros() };
+            let residual = (residual.error_px.abs() < gate_px).then_some(residual);
+            for _ in 0..self.num_features() {
+                visit(FeatureMatch { group: 0, residual, unmatched_agreement: 0.0, on_bar: None });
+            }
+        }
+
+        fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
+            None
+        }
+
+        fn has_landmarks(&self) -> bool {
+            false
+        }
+
+        fn mirrored(&self, _: &PlanarPose) -> Option<PlanarPose> {
+            None
+        }
+    }
+
+    #[test]
+    fn of_the_likely_places_those_stay_at_which_the_borders_match() {
+        let candidate = |x_m: f64, tilt: f64| Candidate {
+            world_from_robot: PlanarPose::new(x_m, 0.0, 0.0),
+            tilt_rad: Vector3::new(tilt, 0.0, 0.0),
+        };
+        let best = [(2.0, 0.02), (1.0, 0.02), (0.2, 0.0), (0.1, 0.02)];
+        let best = best
+            .into_iter()
+            .zip([0.9, 0.8, 0.7, 0.6])
+            .map(|((x_m, tilt), likelihood)| (candidate(x_m, tilt), likelihood));
+        let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };
+        let model = FieldObservationModel::new(&field, &FieldModelConfig::default()).unwrap();
+        let mut search = PlaceSearch { model: Box::new(model), best: best.collect() };
+        search.keep_best_matched(&AtOrigin, 40.0, 2);
+        let found: Vec<_> = search.found().collect();
+        assert_eq!(found, [candidate(0.1, 0.02), candidate(0.2, 0.0)]);
+    }
 }

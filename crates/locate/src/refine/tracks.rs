@@ -11,7 +11,7 @@ use super::{
 use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
 
 /// Gates of a new track, from coarse to fine, pixels.
-const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
+pub(super) const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
 /// Fewer features than this say nothing.
 const MIN_FEATURES: usize = 6;
 /// Share of the newest image in the agreement of late.
