@@ -5,7 +5,7 @@
 //! as the center circle tells where the circle's center is, and a straight one how the field is turned, up to quarter turns: where the
 //! camera looks elsewhere than reported, the circle as a whole is not found.
 
-use nalgebra::{Point2, Rotation2, Vector2};
+use nalgebra::{Point2, Vector2};
 use rand::RngExt;
 use visloc_core::{Rng, geom::PlanarPose};
 
@@ -165,6 +165,7 @@ fn length(outline: &Outline) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Rotation2;
     use visloc_core::RngTree;
 
     use super::*;
