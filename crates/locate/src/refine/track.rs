@@ -145,6 +145,11 @@ impl Track {
         self.log_odds = self.past_log_odds + self.view_evidence.log_odds + self.other_log_odds() - self.bend;
     }
 
+    /// What the last image that it was fitted to is to a place whose view has odds of 1, if the robot is here.
+    pub fn evenness(&self) -> f64 {
+        self.last_log_evidence - self.view_evidence.log_odds
+    }
+
     /// What the present views of the other cameras tell.
     pub fn other_log_odds(&self) -> f64 {
         self.other_views.iter().map(|(_, (view, _))| view.log_odds).sum()

@@ -208,13 +208,17 @@ impl Tracks {
     }
 
     /// What this image is to a place whose view has odds of 1, so that evidence of different images is told from what one shows more than the
-    /// other: the expectation over which track is right, where tracks that are known from more images of the view tell it better.
+    /// other: the expectation over which track is right by all that is known with this image, where tracks that are known from more images of the
+    /// view tell it better. A place that the image speaks against tells nothing of it.
     fn weigh_image(&self) -> Option<f64> {
-        let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
+        let fitted = || self.tracks.iter().filter(|track| track.fitted_in == self.turn);
+        let highest = fitted().map(Track::evenness).reduce(f64::max)?;
         let (mut sum, mut total) = (0.0, 0.0);
-        for track in fitted {
-            let weight = track.log_odds.exp() * (1.0 + track.view_evidence.num_images);
-            sum += weight * (track.last_log_evidence - track.view_evidence.log_odds);
+        for track in fitted() {
+            let num_images = 1.0 + track.view_evidence.num_images;
+            let told = (track.evenness() - highest) / num_images;
+            let weight = num_images * (track.log_odds + told).exp();
+            sum += weight * track.evenness();
             total += weight;
         }
         (total > 0.0).then(|| sum / total)
