@@ -56,7 +56,7 @@ pub struct Refined {
     config: RefinementConfig,
     pub(super) search: Box<dyn Localizer>,
     pub(super) model: Box<dyn FeatureModel>,
-    places: PlaceSearch,
+    pub(super) places: PlaceSearch,
     /// Where tracks may begin in this step.
     candidates: Vec<Candidate>,
     /// The image as it is with the camera turned.
@@ -260,6 +260,7 @@ impl Refined {
             probable.map(|h| h.world_from_robot).filter(|pose| !is_known(self.model.as_ref(), pose));
         let tilt_rad = mount.tilt_rad;
         self.candidates.extend(probable.map(|world_from_robot| Candidate { world_from_robot, tilt_rad }));
+        let num_hypotheses = self.candidates.len();
         self.places.begin();
         let rounds = mount.num_draws(config);
         let num_kept = effort.num_kept;
@@ -278,7 +279,8 @@ impl Refined {
             self.places.keep_best_matched(self.model.as_ref(), BIRTH_GATES_PX[0], num_kept);
         }
         self.candidates.extend(self.places.found());
-        self.tracks.found(&self.candidates, self.model.as_ref(), config);
+        // A hypothesis of the localizer goes on from image to image: it is not found anew in each.
+        self.tracks.found(&self.candidates[num_hypotheses..], self.model.as_ref(), config);
         // Each costs a fit, so they take turns; but of the first ones none may get ahead by its turn.
         let max = if is_localized { BIRTHS } else { self.config.max_births };
         let max = if is_first { self.candidates.len() } else { max };

@@ -6,8 +6,13 @@ use visloc_core::{
 };
 
 use super::{
-    Refined, RefinementConfig, filter::PoseFilter, known::Known, mount::Mount, search::Candidate,
-    tracks::Tracks, view::View,
+    Refined, RefinementConfig,
+    filter::PoseFilter,
+    known::Known,
+    mount::Mount,
+    search::{Candidate, PlaceSearch},
+    tracks::Tracks,
+    view::View,
 };
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
@@ -291,6 +296,7 @@ fn after_a_kidnap_trust_is_lost_at_once_and_the_new_place_found() {
     let mut localizer = refined(&Alike::new(&places[..1]), &places);
     assert!(is_at(&step(&mut localizer, 0..60, false), &places[0]));
     localizer.model = Box::new(Alike::new(&places[1..]));
+    localizer.places = PlaceSearch::new(Box::new(Alike::new(&places[1..])));
     for i in 60..75 {
         let estimate = step(&mut localizer, i..i + 1, false);
         let is_wrong = !is_at(&estimate, &places[1]);
