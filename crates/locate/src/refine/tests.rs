@@ -260,23 +260,6 @@ fn a_place_that_is_found_first_has_no_lead_over_its_look_alike() {
     }
 }
 
-/// Every image shows one more place that explains it and not the next one. That next one speaks against those places and so tells nothing of what it
-/// shows: places that are found in it have no lead over the one that explains all.
-#[test]
-fn places_that_an_image_speaks_against_do_not_lift_those_that_are_found_in_it() {
-    let place = |i: u32| PlanarPose::new(2.0 - 1.3 * f64::from(i), 1.0, 0.0);
-    let truth = place(0);
-    let mut localizer = refined(&Alike::new(&[truth]), &[truth]);
-    for i in 0..40 {
-        let seen = [truth, place(1 + i % 4)];
-        localizer.model = Box::new(Alike::new(&seen));
-        localizer.search = Box::new(Fixed::new(&seen));
-        let estimate = look(&mut localizer, i..i + 1, false, 0.1);
-        assert!(i < 5 || is_at(&estimate, &truth), "image {i}: {estimate:?}");
-    }
-    assert!(localizer.estimate().is_localized(), "{:?}", localizer.estimate());
-}
-
 #[test]
 fn an_established_track_is_not_replaced_by_a_newcomer_that_is_as_good() {
     let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
