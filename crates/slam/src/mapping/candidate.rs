@@ -3,13 +3,13 @@
 use nalgebra::{Matrix2, Point3};
 use visloc_core::geom::Camera;
 
-use super::{DepthFilter, EpipolarSearch};
+use super::{DepthFilter, EpipolarSearch, lens::FIRST_SETTLED_AT};
 use crate::{
     config::{FeatureConfig, MappingConfig},
     feature::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
-    track::{Found, Matcher},
+    track::{FEW_KNOWN, Found, Matcher},
 };
 
 /// How far above the noise of the image the score of a weak corner must be.
@@ -150,8 +150,24 @@ pub enum Verdict {
     Drop,
 }
 
-/// Judges a candidate from the camera that measured it last.
-pub fn judge(map: &Map, id: LandmarkId, center: &Point3<f64>, config: &MappingConfig) -> Verdict {
+/// Whether the depth of so few of these landmarks is known that a pose hangs on candidates. A fixed map holds its unit of length by itself, one
+/// with odometry by that, and one that has just begun is not settled yet: all its depths are rough.
+pub fn is_short_of_known(map: &Map, landmarks: impl Iterator<Item = LandmarkId>) -> bool {
+    let is_held =
+        map.has_fixed() || map.keyframes().next_back().is_none_or(|(_, last)| last.odometry.is_some());
+    !is_held
+        && map.keyframes().take(FIRST_SETTLED_AT).count() == FIRST_SETTLED_AT
+        && landmarks.filter(|id| map.landmark(*id).is_converged()).take(FEW_KNOWN).count() < FEW_KNOWN
+}
+
+/// Judges a candidate from the camera that measured it last. Where known landmarks are few, a rough depth is enough: from then on bundles adjust it
+/// together with the poses that it was measured from, which its filter takes for exact.
+pub fn judge(
+    map: &Map,
+    id: LandmarkId,
+    center: &Point3<f64>,
+    (config, is_short_of_known): (&MappingConfig, bool),
+) -> Verdict {
     let landmark = map.landmark(id);
     let filter = &landmark.filter;
     if landmark.num_missed > config.max_candidate_misses || filter.inlier_ratio() < 0.3 {
@@ -161,8 +177,103 @@ pub fn judge(map: &Map, id: LandmarkId, center: &Point3<f64>, config: &MappingCo
     let cos = cos_parallax(&landmark.point_in_world, host_center, center);
     let distance = (landmark.point_in_world - center).norm();
     let deviation = filter.standard_deviation() / filter.inverse_depth();
-    let is_sure = filter.linearity_index(distance, cos) < 0.1
-        && deviation < config.max_depth_deviation
-        && cos < MAX_COS_PARALLAX;
-    if is_sure && landmark.num_found >= 3 { Verdict::Promote } else { Verdict::Wait }
+    let is_small = |error: f64| error < 0.1;
+    let is_sure = if is_short_of_known {
+        is_small(deviation)
+    } else {
+        is_small(filter.linearity_index(distance, cos)) && deviation < config.max_depth_deviation
+    };
+    if is_sure && cos < MAX_COS_PARALLAX && landmark.num_found >= 3 {
+        Verdict::Promote
+    } else {
+        Verdict::Wait
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::{Point2, Rotation3, Vector3};
+    use visloc_core::{GrayImage, Timestamp};
+
+    use super::*;
+    use crate::{
+        image::Pyramid,
+        lie::CameraFromWorld,
+        map::NewKeyframe,
+        odometry::{OdomFromCamera, OdomPose},
+    };
+
+    fn host(keyframe: KeyframeId) -> Observation {
+        let covariance_px = corner_covariance(0);
+        Observation { keyframe, px: Point2::origin(), ray: Vector3::z(), level: 0, covariance_px }
+    }
+
+    /// Adds a keyframe at the origin.
+    fn add_keyframe(map: &mut Map, odometry: Option<OdomPose>) -> KeyframeId {
+        map.add_keyframe(NewKeyframe {
+            frame: 0,
+            at: Timestamp::default(),
+            pyramid: Arc::new(Pyramid::new(GrayImage::new(40, 30), 1)),
+            camera_from_world: CameraFromWorld::new(Rotation3::identity(), Vector3::zeros()),
+            turned_from: None,
+            odometry,
+        })
+    }
+
+    /// A map that has been settled, with known landmarks, and a candidate in a distance of 1 with a standard deviation of the depth, found often
+    /// enough.
+    fn scene(num_known: usize, deviation: f64) -> (Map, LandmarkId) {
+        let mut map = Map::new();
+        let keyframe = add_keyframe(&mut map, None);
+        (1..FIRST_SETTLED_AT).for_each(|_| {
+            add_keyframe(&mut map, None);
+        });
+        for _ in 0..num_known {
+            map.add_landmark(host(keyframe), DepthFilter::new(1.0, 0.01), LandmarkState::Converged);
+        }
+        let filter = DepthFilter::new(1.0, deviation);
+        let id = map.add_landmark(host(keyframe), filter, LandmarkState::Candidate);
+        map.landmark_mut(id).num_found = 3;
+        (map, id)
+    }
+
+    /// What becomes of the candidate, seen from so far beside its host.
+    fn verdict(num_known: usize, deviation: f64, baseline: f64) -> Verdict {
+        let (map, id) = scene(num_known, deviation);
+        let landmarks = map.landmarks().map(|(id, _)| id);
+        let is_short = is_short_of_known(&map, landmarks);
+        judge(&map, id, &Point3::new(baseline, 0.0, 0.0), (&MappingConfig::default(), is_short))
+    }
+
+    #[test]
+    fn a_rough_depth_is_enough_where_known_landmarks_are_few() {
+        assert_eq!(verdict(FEW_KNOWN, 0.06, 0.05), Verdict::Wait);
+        assert_eq!(verdict(FEW_KNOWN - 1, 0.06, 0.05), Verdict::Promote);
+        assert_eq!(verdict(FEW_KNOWN, 0.02, 0.05), Verdict::Promote);
+        assert_eq!(verdict(0, 0.15, 0.05), Verdict::Wait, "a guess is not a depth");
+        assert_eq!(
+            verdict(0, 0.06, 0.005),
+            Verdict::Wait,
+            "from nearly the same place errors of the poses pass for depth"
+        );
+    }
+
+    #[test]
+    fn what_holds_the_unit_of_length_by_itself_is_never_short_of_known_landmarks() {
+        let is_short = |map: &Map, id: LandmarkId| is_short_of_known(map, [id].into_iter());
+        let (mut map, id) = scene(0, 0.06);
+        assert!(is_short(&map, id));
+        let here = OdomPose { odom_from_camera: OdomFromCamera::identity(), stretch: 0 };
+        add_keyframe(&mut map, Some(here));
+        assert!(!is_short(&map, id), "odometry");
+        let (mut map, id) = scene(0, 0.06);
+        map.fix();
+        assert!(!is_short(&map, id), "a fixed map");
+        let mut young = Map::new();
+        let keyframe = add_keyframe(&mut young, None);
+        let id = young.add_landmark(host(keyframe), DepthFilter::new(1.0, 0.06), LandmarkState::Candidate);
+        assert!(!is_short(&young, id), "all depths of a map that has just begun are rough");
+    }
 }

@@ -30,8 +30,8 @@ const SIGMA_RECTIFIED: f64 = 0.02;
 const SIGMA_CALIBRATED: f64 = 0.003;
 /// Step of the numeric derivative.
 const STEP: f64 = 1e-4;
-/// Fewest keyframes that the lens is estimated from.
-const LEAST_KEYFRAMES: usize = 10;
+/// Keyframes with which a map is settled for the first time: fewest that the lens is estimated from.
+pub(super) const FIRST_SETTLED_AT: usize = 10;
 /// Growth of the number of keyframes after which the map is settled again.
 const WAIT: f64 = 1.25;
 /// The same if nothing has changed.
@@ -60,19 +60,19 @@ pub struct LensEstimator {
 impl LensEstimator {
     /// For a camera as calibrated.
     pub fn new(calibrated: &Camera) -> Self {
-        Self { calibrated: *calibrated, change: 0.0, next_at: LEAST_KEYFRAMES }
+        Self { calibrated: *calibrated, change: 0.0, next_at: FIRST_SETTLED_AT }
     }
 
     /// For a camera that an earlier session knows better than its calibration does, and a map that was settled then.
     pub fn resume(calibrated: &Camera, camera: &Camera, num_keyframes: usize) -> Self {
         let first = |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
-        let next_at = LEAST_KEYFRAMES.max((num_keyframes as f64 * SETTLED_WAIT).ceil() as usize);
+        let next_at = FIRST_SETTLED_AT.max((num_keyframes as f64 * SETTLED_WAIT).ceil() as usize);
         Self { calibrated: *calibrated, change: first(camera) - first(calibrated), next_at }
     }
 
     /// Starts over with a new map; what is known of the lens stays.
     pub fn restart(&mut self) {
-        self.next_at = LEAST_KEYFRAMES;
+        self.next_at = FIRST_SETTLED_AT;
     }
 
     /// Adjusts the whole map, and the lens with it if that explains the views clearly better. The camera as it is known now; `None` if it

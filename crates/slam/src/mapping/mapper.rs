@@ -5,7 +5,7 @@ use visloc_core::geom::Camera;
 use super::{
     adjust::AdjustReport,
     adjust_local,
-    candidate::{Verdict, add_candidates, judge, measure, new_corners},
+    candidate::{Verdict, add_candidates, is_short_of_known, judge, measure, new_corners},
     cull::{cull_keyframes, cull_landmarks},
     lens::LensEstimator,
 };
@@ -99,6 +99,7 @@ impl Mapper {
         let matcher = self.matcher(&frame.pyramid, frame.camera_from_world);
         let center = frame.camera_from_world.inverse();
         let center = (*center.translation()).into();
+        let is_short = is_short_of_known(map, frame.features.iter().map(|feature| feature.landmark));
         let mut promoted = Vec::new();
         candidates.retain(|id| {
             if map.landmark(*id).state != LandmarkState::Candidate {
@@ -107,7 +108,7 @@ impl Mapper {
             if measure(map, *id, &matcher).is_none() && map.landmark(*id).num_missed == 0 {
                 return true;
             }
-            match judge(map, *id, &center, &self.config.mapping) {
+            match judge(map, *id, &center, (&self.config.mapping, is_short)) {
                 Verdict::Wait => true,
                 Verdict::Promote => {
                     promoted.push(*id);
@@ -217,6 +218,7 @@ impl Mapper {
     fn make_candidates(&mut self, map: &mut Map, id: KeyframeId, depth: f64) -> usize {
         let config = &self.config;
         let corners = new_corners(map, id, &self.camera, &config.features, config.mapping.max_new_candidates);
+        let is_short = is_short_of_known(map, map.keyframe(id).landmarks.iter().copied());
         let added = add_candidates(map, id, &self.camera, &corners, depth);
         let others: Vec<KeyframeId> = map
             .connected(id, 10)
@@ -241,7 +243,7 @@ impl Mapper {
                 if num_missed >= MOST_MISSED {
                     break;
                 }
-                if judge(map, candidate, &other_center, &config.mapping) == Verdict::Promote {
+                if judge(map, candidate, &other_center, (&config.mapping, is_short)) == Verdict::Promote {
                     promoted.push(candidate);
                     break;
                 }

@@ -16,8 +16,8 @@ use crate::{
 
 /// Least turn since the keyframe, radians: below, both see the same landmarks and there is no need for the test.
 const LEAST_TURN_RAD: f64 = 0.03;
-/// Known landmarks below which the test is made without any turn.
-const FEW_KNOWN: usize = 40;
+/// Known landmarks below which the test is made without any turn, and below which a pose hangs on landmarks whose depth is still guessed.
+pub(crate) const FEW_KNOWN: usize = 40;
 /// Fewest landmarks for the test.
 const LEAST_LANDMARKS: usize = 12;
 /// What a translation may gain in squared residuals: about three times what three degrees of freedom gain in one of a thousand
