@@ -2,8 +2,11 @@
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use visloc_core::RngTree;
-use visloc_io::image_codec::read_image;
+use visloc_core::{RgbImage, RngTree, geom::Camera};
+use visloc_io::{
+    image_codec::read_image,
+    sequence::{fit_calibration, read_calibration},
+};
 use visloc_locate::{
     Photo, PhotoAnswer, PhotoPose,
     diagnosis::{Diagnosis, Finding, RunCounters},
@@ -15,10 +18,7 @@ use visloc_world::Map;
 use crate::{
     args::LocateArgs,
     in_map,
-    report::{
-        FindingReport, GroundPose, camera_of_photo, draw_overlay, explain_localization, pose_in_words,
-        save_json,
-    },
+    report::{FindingReport, GroundPose, draw_overlay, explain_localization, pose_in_words, save_json},
     run::Saving,
     say,
     settings::pipeline_config,
@@ -61,8 +61,10 @@ const ABOUT_SURE: f64 = 0.4;
 
 /// Runs the command.
 pub fn execute(args: &LocateArgs) -> Result<()> {
+    let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
+    let camera = camera_of(args, &image)?;
     if is_map_of_slam(&args.map) {
-        return in_map::locate(args);
+        return in_map::locate(args, image, camera);
     }
     let config = pipeline_config(args.pipeline.as_deref(), &[])?;
     let map = Map::load(&args.map)?;
@@ -70,8 +72,6 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
         let names = [Some(&args.photo), args.pipeline.as_ref()].into_iter().flatten();
         names.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
     };
-    let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
-    let camera = camera_of_photo(args, &image)?;
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
@@ -103,6 +103,15 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
         Ok(())
     });
     saving.end()
+}
+
+/// The calibration for the size of the photo.
+fn camera_of(args: &LocateArgs, image: &RgbImage) -> Result<Camera> {
+    let calibration = read_calibration(&args.camera)?;
+    let mut warnings = Vec::new();
+    let camera = fit_calibration(&calibration, (image.width(), image.height()), &args.camera, &mut warnings)?;
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
+    Ok(camera)
 }
 
 fn print(answer: &PhotoAnswer, photo: &Photo) {

@@ -5,7 +5,6 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_core::{GrayFrame, GrayImage, RgbImage, Timestamp, geom::Camera};
-use visloc_io::image_codec::read_image;
 use visloc_locate::PhotoPose;
 use visloc_plot::{Color, ImageDots, ImagePicture, image_picture};
 use visloc_slam::SlamConfig;
@@ -14,7 +13,7 @@ use visloc_vmap::{Hypothesis, MapLocalizer, VisualMap};
 use super::{diagnosis::MapCounters, report::unit};
 use crate::{
     args::LocateArgs,
-    report::{FindingReport, GroundPose, camera_of_photo, pose_in_words, save_json},
+    report::{FindingReport, GroundPose, pose_in_words, save_json},
     run::Saving,
     say,
     slam::{MapFrame, load_map},
@@ -54,12 +53,10 @@ struct PoseInMap {
     ground: Option<GroundPose>,
 }
 
-/// Says where in a map of SLAM a photo was taken.
-pub fn locate(args: &LocateArgs) -> Result<()> {
+/// Says where in a map of SLAM a photo was taken by a camera.
+pub fn locate(args: &LocateArgs, image: RgbImage, camera: Camera) -> Result<()> {
     refuse_others(args)?;
     let map = load_map(Path::new(&*args.map))?;
-    let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
-    let camera = camera_of_photo(args, &image)?;
     let config = SlamConfig::default();
     let mut localizer = MapLocalizer::in_map(&map, &camera, &config, args.seed.value())?;
     let gray = GrayFrame::new(Timestamp::from_nanos(0), GrayImage::from_rgb(&image));

@@ -1,12 +1,7 @@
 //! How a camera stood over the ground.
 
-use anyhow::Result;
 use serde::Serialize;
-use visloc_core::{RgbImage, geom::Camera};
-use visloc_io::sequence::{fit_calibration, read_calibration};
 use visloc_locate::PhotoPose;
-
-use crate::{args::LocateArgs, say};
 
 /// Place of the camera over the ground, the direction in which it looked, and how it was held: meters, degrees.
 #[derive(Serialize)]
@@ -47,13 +42,4 @@ pub fn pose_in_words(pose: &PhotoPose) -> String {
         if pose.pitch_down_rad < 0.0 { "up" } else { "down" },
         pose.roll_clockwise_rad.to_degrees()
     )
-}
-
-/// The calibration of a photo's camera for its size.
-pub fn camera_of_photo(args: &LocateArgs, image: &RgbImage) -> Result<Camera> {
-    let calibration = read_calibration(&args.camera)?;
-    let mut warnings = Vec::new();
-    let camera = fit_calibration(&calibration, (image.width(), image.height()), &args.camera, &mut warnings)?;
-    warnings.iter().for_each(|warning| say::note!("{warning}"));
-    Ok(camera)
 }

@@ -92,10 +92,14 @@ pub trait FeatureModel: Send + Sync {
     );
 
     /// A pose at which some of the features fall on counterparts, at random; `None` if the features suggest nothing.
-    fn suggest(&self, rng: &mut Rng) -> Option<PlanarPose>;
+    fn suggest(&self, _rng: &mut Rng) -> Option<PlanarPose> {
+        None
+    }
 
     /// Whether the map has landmarks that tell places apart: features of group 1.
-    fn has_landmarks(&self) -> bool;
+    fn has_landmarks(&self) -> bool {
+        false
+    }
 
     /// Shares of the features of each group that are as good as all: even at the right place the rest are robots, boards
     /// and people.
@@ -109,7 +113,9 @@ pub trait FeatureModel: Send + Sync {
     }
 
     /// The pose from which everything looks the same, if the map has such a symmetry.
-    fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;
+    fn mirrored(&self, _world_from_robot: &PlanarPose) -> Option<PlanarPose> {
+        None
+    }
 }
 
 /// The rotation of a small rotation vector, to second order.

@@ -121,7 +121,7 @@ impl Bar {
 
 #[cfg(test)]
 mod tests {
-    use visloc_core::{Rng, geom::PlanarPose};
+    use visloc_core::geom::PlanarPose;
 
     use super::*;
     use crate::vision::Percept;
@@ -141,18 +141,6 @@ mod tests {
                 let on_bar = Some(OnBar { side: 0, at: *at, range_px: 80.0 });
                 visit(FeatureMatch { group: 0, residual: None, unmatched_agreement: 0.9, on_bar });
             }
-        }
-
-        fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
-            None
-        }
-
-        fn has_landmarks(&self) -> bool {
-            false
-        }
-
-        fn mirrored(&self, _: &PlanarPose) -> Option<PlanarPose> {
-            None
         }
     }
 

@@ -176,18 +176,6 @@ mod tests {
                 visit(FeatureMatch { group: 0, residual, unmatched_agreement: 0.0, on_bar: None });
             }
         }
-
-        fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
-            None
-        }
-
-        fn has_landmarks(&self) -> bool {
-            false
-        }
-
-        fn mirrored(&self, _: &PlanarPose) -> Option<PlanarPose> {
-            None
-        }
     }
 
     #[test]

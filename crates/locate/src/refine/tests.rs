@@ -108,10 +108,6 @@ impl FeatureModel for Alike {
         }
     }
 
-    fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
-        None
-    }
-
     fn has_landmarks(&self) -> bool {
         self.has_landmarks
     }

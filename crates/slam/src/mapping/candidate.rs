@@ -153,11 +153,13 @@ pub enum Verdict {
 /// Whether the depth of so few of these landmarks is known that a pose hangs on candidates. A fixed map holds its unit of length by itself, one
 /// with odometry by that, and one that has just begun is not settled yet: all its depths are rough.
 pub fn is_short_of_known(map: &Map, landmarks: impl Iterator<Item = LandmarkId>) -> bool {
+    let known = landmarks.filter(|id| map.landmark(*id).is_converged());
     let is_held =
-        map.has_fixed() || map.keyframes().next_back().is_none_or(|(_, last)| last.odometry.is_some());
-    !is_held
+        || map.has_fixed() || map.keyframes().next_back().is_none_or(|(_, last)| last.odometry.is_some());
+    // The keyframes are gone through only where it matters.
+    known.take(FEW_KNOWN).count() < FEW_KNOWN
+        && !is_held()
         && map.keyframes().take(FIRST_SETTLED_AT).count() == FIRST_SETTLED_AT
-        && landmarks.filter(|id| map.landmark(*id).is_converged()).take(FEW_KNOWN).count() < FEW_KNOWN
 }
 
 /// Judges a candidate from the camera that measured it last. Where known landmarks are few, a rough depth is enough: from then on bundles adjust it

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
-use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{
     OfficeObservationModel,
@@ -147,6 +146,8 @@ impl Seen {
     }
 }
 
+/// It suggests nothing, since the pixels' model proposes poses at all doors and walls that fit, and has no landmarks: doors look alike, none says by itself
+/// where the robot is.
 impl FeatureModel for OfficeFeatureModel {
     fn condition_on(&mut self, percept: &Percept) {
         let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
@@ -188,20 +189,6 @@ impl FeatureModel for OfficeFeatureModel {
                 on_bar: None,
             });
         }
-    }
-
-    /// The pixels' model proposes poses at all doors and walls that fit.
-    fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
-        None
-    }
-
-    /// Doors look alike: no door says by itself where the robot is.
-    fn has_landmarks(&self) -> bool {
-        false
-    }
-
-    fn mirrored(&self, _: &PlanarPose) -> Option<PlanarPose> {
-        None
     }
 
     fn full_shares(&self) -> [f64; 2] {
