@@ -10,7 +10,8 @@ use std::{fs, path::Path, process::Command, thread};
 use super::support::Workspace;
 
 /// Files and folders that stand for the reader's own.
-const READERS_OWN: [&str; 32] = [
+const READERS_OWN: [&str; 33] = [
+    "photo.jpg",
     "other.vmap",
     "first.mp4",
     "later.mp4",
