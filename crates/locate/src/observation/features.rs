@@ -74,6 +74,14 @@ pub struct Residual {
     pub jacobian: CameraVector,
 }
 
+impl Residual {
+    /// Geman and McClure's weight: what is far off does not pull.
+    pub(crate) fn weight(&self, gate_px: f64) -> f64 {
+        let soft_px = gate_px / 3.0;
+        (1.0 + self.error_px.powi(2) / soft_px.powi(2)).powi(-2)
+    }
+}
+
 /// Matches the features of an image to a map.
 pub trait FeatureModel: Send + Sync {
     /// Takes the features of this percept.
@@ -81,6 +89,11 @@ pub trait FeatureModel: Send + Sync {
 
     /// How many features there are.
     fn num_features(&self) -> usize;
+
+    /// How far features are off in this image, against one 320 px wide, in the unit of [`Residual::error_px`].
+    fn noise(&self) -> f64 {
+        1.0
+    }
 
     /// Matches one feature in `stride`, seen from here. What is farther from its counterpart than `gate_px` has none.
     fn visit_matches(

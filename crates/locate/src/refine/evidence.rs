@@ -26,8 +26,9 @@ pub(super) fn log_evidence(
     region: &Region,
     config: &RefinementConfig,
 ) -> f64 {
+    let information = fit.information * model.noise().powi(2);
     log_likelihood(model, &CameraState::from(&fit.at), config)
-        + log_share(&fit.information, &camera_spread(config), region, config)
+        + log_share(&information, &camera_spread(config), region, config)
 }
 
 /// How improbable tilt and height of the camera are among all robots: minus the logarithm of their density against its peak.
@@ -42,7 +43,7 @@ fn camera_spread(config: &RefinementConfig) -> Vector4<f64> {
     Vector4::new(mount.x.hypot(slow), mount.y.hypot(slow), mount.z.hypot(slow), config.raise_bias_m)
 }
 
-/// Logarithm of the share of all poses and cameras that fit about as well.
+/// Logarithm of the share of all poses and cameras that fit about as well; the information is that of an image 320 px wide.
 fn log_share(
     information: &CameraMatrix,
     spread: &Vector4<f64>,
@@ -52,7 +53,7 @@ fn log_share(
     /// Volume under a Gaussian, for each of the three coordinates of a pose: those of the camera are against their prior.
     const POSE: f64 = 1.5;
     let prior = Matrix4::from_diagonal(&spread.map(|sigma| sigma.powi(-2)));
-    // Counted by what a feature errs by in the likelihood above, in which errors that repeat are contained.
+    // Counted by what a feature errs by in the likelihood above, in which errors that repeat are contained, whatever the size of the image.
     let mut precision = information * (config.pixel_noise_px / config.agreement_px).powi(2);
     let mut camera = precision.fixed_view_mut::<4, 4>(3, 3);
     camera += prior;

@@ -129,8 +129,7 @@ fn reduce(
     let (mut total, mut squares) = (0.0, (0.0, 0.0));
     for residual in residuals(view, pose, mount, gate_px, model).into_iter().flatten() {
         let error_px = residual.error_px;
-        // Geman and McClure's weight, as in the tracks.
-        let weight = (1.0 + (3.0 * error_px / gate_px).powi(2)).powi(-2);
+        let weight = residual.weight(gate_px);
         // The turn about y is the robot's heading.
         let j = SVector::<f64, 6>::from_fn(|i, _| residual.jacobian[[0, 1, 2, 3, 5, 6][i]]);
         hessian += j * j.transpose() * weight;

@@ -20,7 +20,7 @@ use crate::{
         edge::{Edge, Eye, Offset, Ray},
         features::{CameraState, FeatureMatch, FeatureModel, OnBar, Residual},
     },
-    vision::{FeatureKind, FieldFeatures, Percept, px_tolerance},
+    vision::{FeatureKind, FieldFeatures, Percept, border_noise, px_tolerance},
 };
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
@@ -64,6 +64,8 @@ pub struct FieldFeatureModel {
     ground_borders: Vec<GroundBorder>,
     /// In what distances in the image are counted in.
     focal_px: (f64, f64),
+    /// As [`FeatureModel::noise`].
+    noise: f64,
     robot_from_camera: Matrix3<f64>,
     eye_in_robot: Vector3<f64>,
 }
@@ -85,6 +87,7 @@ impl FieldFeatureModel {
             borders: Vec::new(),
             ground_borders: Vec::new(),
             focal_px: (1.0, 1.0),
+            noise: 1.0,
             robot_from_camera: Matrix3::identity(),
             eye_in_robot: Vector3::zeros(),
         }
@@ -198,7 +201,9 @@ impl Nearest {
 impl FeatureModel for FieldFeatureModel {
     fn condition_on(&mut self, percept: &Percept) {
         let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
-        let unit_px = px_tolerance(percept.camera.size_px().0);
+        let (width_px, _) = percept.camera.size_px();
+        let unit_px = px_tolerance(width_px);
+        self.noise = border_noise(width_px);
         self.focal_px = (fx / unit_px, fy / unit_px);
         self.robot_from_camera = *percept.robot_from_camera.rotation();
         self.eye_in_robot = *percept.robot_from_camera.translation();
@@ -221,6 +226,10 @@ impl FeatureModel for FieldFeatureModel {
 
     fn num_features(&self) -> usize {
         self.borders.len()
+    }
+
+    fn noise(&self) -> f64 {
+        self.noise
     }
 
     fn visit_matches(

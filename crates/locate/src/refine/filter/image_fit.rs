@@ -83,7 +83,6 @@ pub(super) fn fit(
         agreement: Agreement::new(model.full_shares()),
     };
     let mut total_weight = 0.0;
-    let soft_px = gate_px / 3.0;
     model.visit_matches(&state, gate_px, stride, &mut |feature| {
         let group = &mut fit.agreement.groups[feature.group];
         group.1 += 1.0;
@@ -93,15 +92,14 @@ pub(super) fn fit(
         };
         let error2 = residual.error_px.powi(2);
         group.0 += (-0.5 * error2 / config.agreement_px.powi(2)).exp().max(feature.unmatched_agreement);
-        // Geman and McClure's weight: what is far off does not pull.
-        let weight = (1.0 + error2 / soft_px.powi(2)).powi(-2);
+        let weight = residual.weight(gate_px);
         total_weight += weight;
         let weighted = residual.jacobian * weight;
         fit.information += weighted * residual.jacobian.transpose();
         fit.gradient -= weighted * residual.error_px;
     });
     let independent = (config.max_independent_pixels / total_weight.max(1e-9)).min(1.0);
-    let scale = independent / config.pixel_noise_px.powi(2);
+    let scale = independent / (config.pixel_noise_px * model.noise()).powi(2);
     fit.information *= scale;
     fit.gradient *= scale;
     fit
