@@ -43,9 +43,38 @@ pub struct CameraTrajectoryFile {
     pub format: TrajectoryFormat,
     /// Whether it says of itself that its unit of length is that of a map without scale.
     pub is_in_map_units: bool,
+    /// Whether it says of itself that it is a camera's, or has the form of such.
+    pub is_of_camera: bool,
     /// Lines whose time is not after the one before; even published truths have some. Of poses of the same time the last
     /// counts, as in `evo`; earlier ones are left out.
     pub skipped: Vec<SkippedInput>,
+}
+
+impl CameraTrajectoryFile {
+    /// The poses with times; those of a KITTI file, which has none, with the times beside it.
+    ///
+    /// # Errors
+    /// If there are none, or if they cannot be read.
+    pub fn timed(self, path: &Path) -> Result<CameraTrajectory, FileError> {
+        if self.format != TrajectoryFormat::Kitti {
+            return Ok(self.trajectory);
+        }
+        let poses = self.trajectory.poses();
+        let Some(times) = kitti_times(path, poses.len())? else {
+            let times = path.with_file_name("times.txt");
+            let reason = format!(
+                "expected poses with times, found twelve numbers a line (KITTI); put the times into {}, one a line",
+                times.display()
+            );
+            return Err(FileError::form(path, reason));
+        };
+        let mut timed = CameraTrajectory::new();
+        for (pose, at) in poses.iter().zip(times) {
+            // In order, as they were read.
+            let _ = timed.push(CameraPose { at, ..*pose });
+        }
+        Ok(timed)
+    }
 }
 
 /// Reads camera poses; the format is told from the first line that is neither empty nor a comment. Of poses of
@@ -98,17 +127,15 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
         // In order by now.
         let _ = trajectory.push(pose);
     }
-    let mut comments = text.lines().take_while(|line| line.starts_with('#'));
-    let is_in_map_units = comments.any(|line| line.contains(MAP_UNITS));
-    Ok(CameraTrajectoryFile { trajectory, format, is_in_map_units, skipped })
+    let says =
+        |what: &str| text.lines().take_while(|line| line.starts_with('#')).any(|line| line.contains(what));
+    let is_of_camera = format == TrajectoryFormat::Kitti || says(CAMERA_TO_WORLD);
+    Ok(CameraTrajectoryFile { is_in_map_units: says(MAP_UNITS), is_of_camera, trajectory, format, skipped })
 }
 
 /// The times of the poses of a KITTI file by `times.txt`: beside `poses.txt`, or in `sequences/06` beside the folder of `poses/06.txt`, as
 /// the benchmark has it. `None` if there is no such file.
-///
-/// # Errors
-/// If it cannot be read, times do not increase, or it has fewer times than there are poses.
-pub fn kitti_times(poses: &Path, num_poses: usize) -> Result<Option<Vec<Timestamp>>, FileError> {
+fn kitti_times(poses: &Path, num_poses: usize) -> Result<Option<Vec<Timestamp>>, FileError> {
     let beside = poses.with_file_name("times.txt");
     let of_benchmark = || {
         let sequences = poses.parent()?.parent()?.join("sequences");
@@ -203,8 +230,9 @@ pub(crate) fn parse_kitti(line: &str) -> Result<Rigid3<World, CameraFrame>, Stri
     Ok(Rigid3::new(Rotation3::from_matrix_unchecked(rotation), Vector3::new(m[3], m[7], m[11])))
 }
 
-/// What the first line says of a unit of length that is not known.
+/// What the first line says of a unit of length that is not known, and of whose poses they are.
 const MAP_UNITS: &str = "map units";
+const CAMERA_TO_WORLD: &str = "camera to world";
 
 /// Writes camera poses in TUM format; the unit of length is the meter or not known.
 ///
@@ -214,7 +242,7 @@ pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose], is_metric: boo
     let unit = if is_metric { "m" } else { MAP_UNITS };
     let mut out = NewFile::create(path).map_err(FileError::io(path))?;
     let write = move || -> io::Result<()> {
-        writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, {unit}")?;
+        writeln!(out, "# t_s tx ty tz qx qy qz qw, {CAMERA_TO_WORLD}, {unit}")?;
         for pose in poses {
             let t = pose.world_from_camera.translation();
             let [x, y, z, w] = pose.world_from_camera.quaternion_xyzw();

@@ -276,9 +276,15 @@ pub fn read_image_file(path: &Path) -> Result<Vec<u8>, ImageCodecError> {
         .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
 }
 
-/// Width and height of a JPEG or PNG file, pixels, by its header; `None` if it has none that can be read.
+/// Width and height of a JPEG or PNG file as it is decoded, turned as it says, pixels, by its header; `None` if it has none that can be read.
 pub fn image_size(path: &Path) -> Option<(u32, u32)> {
-    ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_dimensions().ok()
+    let mut decoder = ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_decoder().ok()?;
+    let (width, height) = decoder.dimensions();
+    let is_on_its_side = decoder.orientation().is_ok_and(|orientation| {
+        use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
+        matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
+    });
+    Some(if is_on_its_side { (height, width) } else { (width, height) })
 }
 
 /// Reads a JPEG or PNG file.
@@ -406,6 +412,9 @@ mod tests {
         let upside_down = decode(&with_orientation(3)).unwrap();
         assert_eq!(upside_down.get(31, 23), picture.get(0, 0));
         let (w, h) = (picture.width(), picture.height());
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), with_orientation(6)).unwrap();
+        assert_eq!(image_size(file.path()), Some((h, w)));
         let on_its_side = decode_gray(&with_orientation(6)).unwrap();
         assert_eq!((on_its_side.width() as u32, on_its_side.height() as u32), (h, w));
         let gray = decode_gray(&jpeg).unwrap();

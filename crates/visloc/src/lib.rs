@@ -91,12 +91,13 @@
 //! map), angles in radians, pixels have their centers at integers. The same seed and the same frames give the same bits.
 
 pub use nalgebra;
+pub use rand;
 #[cfg(feature = "calib")]
 pub use visloc_calib as calib;
 pub use visloc_core::{
     CameraPose, CameraTrajectory, Clock, Frame, GrayFrame, GrayImage, GroundContact, ImageSource,
     PlanarTrajectory, RgbImage, Rng, RngTree, Source, SourceError, SourceFrame, SourceStatus, StampedPose,
-    Timestamp, Truth, eval,
+    Timestamp, Truth, eval, gaussian,
     geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
 };
 #[cfg(feature = "io")]

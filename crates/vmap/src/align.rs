@@ -92,6 +92,11 @@ impl VisualMap {
         ways
     }
 
+    /// How many keyframes of a map have a known place.
+    pub fn num_known_places(&self, map: MapId, truth: &CameraTrajectory) -> usize {
+        self.ways(map).iter().map(|way| eval::associate(truth, way, TOLERANCE_SECS).len()).sum()
+    }
+
     /// Turns, enlarges and moves a map to known places of its camera, and to their directions where these are the camera's own. `None` if
     /// fewer than four keyframes have one, or if they lie about on a line and their directions do not help.
     pub fn align(&mut self, map: MapId, truth: &CameraTrajectory) -> Option<Aligned> {

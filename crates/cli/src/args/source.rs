@@ -127,8 +127,8 @@ pub struct SourcesArgs {
 #[command(
     long_about = "Writes what a source delivers as a ROS 2 bag: images and calibration, and of a robot also kinematics, odometry, \
                   feet and truth. A live source is recorded until Ctrl-C, --frames or --patience.\n\n\
-                  A bag (.mcap, .db3, .bag of ROS 1) is converted: all its messages are copied, unless an option of images, camera, \
-                  mount, frames or topics asks for less.\n\n\
+                  A bag (.mcap, .db3, .bag of ROS 1) is converted: all its messages, or those of a part, are copied, unless an option of \
+                  images, camera, mount or topics asks for less.\n\n\
                   A path that ends in .mcap becomes one file, any other a folder with metadata.yaml.",
     after_long_help = "Examples:\n  \
                        visloc record ros2:/camera/image_raw --out out/run.mcap\n  \

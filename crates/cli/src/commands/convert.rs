@@ -1,21 +1,23 @@
-//! A bag as a bag of ROS 2 in MCAP, with all its messages.
+//! A bag, or a part of it, as a bag of ROS 2 in MCAP, with all its messages.
 
 use std::{collections::BTreeSet, path::Path};
 
 use anyhow::{Result, anyhow, bail};
 use visloc_io::{
     bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel},
+    sequence::SequenceRange,
     sources::{SourceAddress, notes_on_folder},
 };
 
+use super::cut::{Cut, Verdict};
 use crate::{
     host::host,
     run::{Progress, prepare},
     say,
 };
 
-/// Copies the messages of a bag.
-pub fn execute(source: &str, out: &Path) -> Result<()> {
+/// Copies the messages of a bag in a range of its images.
+pub fn execute(source: &str, range: SequenceRange, out: &Path) -> Result<()> {
     prepare(source)?;
     let path = SourceAddress::parse(source)?.rest();
     let mut messages = BagMessages::open(path)?;
@@ -24,14 +26,22 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
     let progress = Progress::new(None);
     let (mut num_messages, mut num_damaged, mut first_damage, mut end) = (0_usize, 0_u64, None, None);
     let mut strange = BTreeSet::new();
+    let mut cut = Cut::new(range);
     while !host().is_stopped()
         && let Some(next) = messages.next_message()
     {
         match next {
             Ok(message) => {
-                writer.write_copy(&message)?;
-                strange.extend(strange_to_ros2(&message.channel));
-                num_messages += 1;
+                let before = match cut.judge(&message) {
+                    Verdict::Take(before) => before,
+                    Verdict::Wait => continue,
+                    Verdict::End => break,
+                };
+                for message in before.iter().chain([&message]) {
+                    writer.write_copy(message)?;
+                    strange.extend(strange_to_ros2(&message.channel));
+                    num_messages += 1;
+                }
                 progress.advance();
             }
             Err(damage) if damage.is_recoverable => {
@@ -63,8 +73,17 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
             let before = say::before(num_messages, "message", "written");
             Err(anyhow!("{}: {}{before}", end.origin(), end.reason))
         }
-        None if num_messages == 0 && !host().is_stopped() => bail!("{source}: it has no messages"),
-        None => Ok(()),
+        None if host().is_stopped() => Ok(()),
+        None if num_messages == 0 && range == SequenceRange::default() => {
+            bail!("{source}: it has no messages")
+        }
+        None => match cut.why_none() {
+            Some(why) => bail!("{source}: {why}"),
+            None if num_messages == 0 => {
+                bail!("{source}: the range that was asked for ends before it begins")
+            }
+            None => Ok(()),
+        },
     }
 }
 

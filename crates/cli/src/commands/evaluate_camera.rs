@@ -8,9 +8,7 @@ use visloc_core::{
     eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors},
     files,
 };
-use visloc_io::camera_trajectory::{
-    CameraTrajectoryFile, TrajectoryFormat, kitti_times, read_camera_trajectory_file,
-};
+use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
 
 use crate::{
     args::{EvaluateArgs, TrajectoryKind},
@@ -28,13 +26,15 @@ pub fn is_meant(args: &EvaluateArgs) -> bool {
     if let Some(kind) = camera.kind {
         return kind == TrajectoryKind::Camera;
     }
-    camera.given().is_some() || (args.map.is_none() && (is_tilted(&args.truth) || is_tilted(&args.estimate)))
+    camera.given().is_some()
+        || (args.map.is_none() && (is_of_camera(&args.truth) || is_of_camera(&args.estimate)))
 }
 
-/// Whether a file has poses of a camera that do not stand upright; false if it cannot be read, which others will say.
-fn is_tilted(path: &Path) -> bool {
+/// Whether a file has poses of a camera: it says so, or they do not stand upright. False if it cannot be read, which others will say.
+fn is_of_camera(path: &Path) -> bool {
     let is_tilted = |pose: &CameraPose| pose.world_from_camera.rotation()[(2, 2)] < 0.999;
-    read_camera_trajectory_file(path).is_ok_and(|file| file.trajectory.poses().iter().any(is_tilted))
+    read_camera_trajectory_file(path)
+        .is_ok_and(|file| file.is_of_camera || file.trajectory.poses().iter().any(is_tilted))
 }
 
 /// Whether a file is a table of poses on the ground, which has a heading and no orientation in space.
@@ -119,17 +119,17 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     saving.end()
 }
 
-fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
-    let CameraTrajectoryFile { trajectory, format, skipped, .. } = read_camera_trajectory_file(path)?;
-    if let Some(first) = skipped.first() {
+fn read(path: &Path) -> Result<CameraTrajectoryFile> {
+    let file = read_camera_trajectory_file(path)?;
+    if let Some(first) = file.skipped.first() {
         say::note!(
             "{} poses with repeated or earlier times; the first: {}: {}",
-            skipped.len(),
+            file.skipped.len(),
             first.origin,
             first.reason
         );
     }
-    Ok((trajectory, format))
+    Ok(file)
 }
 
 /// What an axis of time shows.
@@ -137,14 +137,11 @@ const SECONDS: &str = "time [s]";
 
 /// Truth and estimate by the same clock, and what it shows: if one of them has no times (KITTI), with those that stand beside it; if none has, by their numbers.
 fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory, &'static str)> {
-    let (truth, truth_format) = read(&args.truth)?;
-    let (estimate, format) = read(&args.estimate)?;
-    match [truth_format, format].map(|format| format == TrajectoryFormat::Kitti) {
-        [true, false] => return Ok((timed(&args.truth, &truth)?, estimate, SECONDS)),
-        [false, true] => return Ok((truth, timed(&args.estimate, &estimate)?, SECONDS)),
-        [false, false] => return Ok((truth, estimate, SECONDS)),
-        [true, true] => {}
+    let (truth, estimate) = (read(&args.truth)?, read(&args.estimate)?);
+    if [&truth, &estimate].iter().any(|file| file.format != TrajectoryFormat::Kitti) {
+        return Ok((truth.timed(&args.truth)?, estimate.timed(&args.estimate)?, SECONDS));
     }
+    let (truth, estimate) = (truth.trajectory, estimate.trajectory);
     let nums = [&truth, &estimate].map(|trajectory| trajectory.poses().len());
     if nums[0] != nums[1] {
         bail!(
@@ -156,24 +153,6 @@ fn read_both(args: &EvaluateArgs) -> Result<(CameraTrajectory, CameraTrajectory,
         );
     }
     Ok((truth, estimate, "image"))
-}
-
-/// The poses of a KITTI file, which has no times, with those beside it.
-fn timed(path: &Path, trajectory: &CameraTrajectory) -> Result<CameraTrajectory> {
-    let poses = trajectory.poses();
-    let Some(times) = kitti_times(path, poses.len())? else {
-        bail!(
-            "{}: expected times in both files or in none (KITTI), found them in the other one only; put them into {}, one a line",
-            path.display(),
-            path.with_file_name("times.txt").display()
-        );
-    };
-    let mut timed = CameraTrajectory::new();
-    for (pose, at) in poses.iter().zip(times) {
-        // In order, as they were read.
-        let _ = timed.push(CameraPose { at, ..*pose });
-    }
-    Ok(timed)
 }
 
 fn shifted(trajectory: &CameraTrajectory, offset_secs: f64) -> CameraTrajectory {

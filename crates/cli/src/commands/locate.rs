@@ -125,10 +125,16 @@ fn print(answer: &PhotoAnswer, photo: &Photo) {
         "{:4.0} %  at a place that is not among these, or it shows too little",
         100.0 * answer.elsewhere
     );
-    let unknown: Vec<&str> = [("--pitch", photo.pitch_down_rad), ("--height", photo.height_m)]
-        .into_iter()
-        .filter_map(|(option, given)| given.is_none().then_some(option))
-        .collect();
+    let options = [("--pitch", photo.pitch_down_rad), ("--height", photo.height_m)];
+    let (given, unknown): (Vec<_>, Vec<_>) = options.into_iter().partition(|(_, given)| given.is_some());
+    let [given, unknown] =
+        [given, unknown].map(|options| options.iter().map(|(option, _)| *option).collect::<Vec<_>>());
+    if answer.elsewhere > 0.5 && !given.is_empty() {
+        say::line!(
+            "No place explains it with the camera's pose as given: without {} it may be found",
+            given.join(" and ")
+        );
+    }
     if !unknown.is_empty() {
         say::line!(
             "It is told better if the camera's pose over the ground is known: {}",

@@ -8,6 +8,7 @@ mod check_camera;
 mod colors;
 mod config;
 mod convert;
+mod cut;
 mod demo;
 mod demo_slam;
 mod evaluate;

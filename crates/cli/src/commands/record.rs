@@ -29,7 +29,8 @@ struct Recorded {
 /// Runs the command.
 pub fn execute(args: &RecordArgs) -> Result<()> {
     if is_copied(args)? {
-        return convert::execute(&args.source, &args.out);
+        let range = SequenceRange { most: args.frames.map(|frames| frames as usize), ..args.range.range() };
+        return convert::execute(&args.source, range, &args.out);
     }
     let mut options = SourceOptions {
         seed: args.seed.given,
@@ -79,8 +80,6 @@ fn is_copied(args: &RecordArgs) -> Result<bool> {
     let SourceArgs { camera, camera_height, urdf, .. } = &args.options;
     let is_changed = args.images.is_some()
         || args.images_only
-        || args.frames.is_some()
-        || args.range.range() != SequenceRange::default()
         || camera.is_some()
         || camera_height.is_some()
         || urdf.is_some()

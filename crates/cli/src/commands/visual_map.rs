@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use visloc_core::{files, geom::Camera};
-use visloc_io::camera_trajectory::{CameraTrajectoryFile, read_camera_trajectory_file};
+use visloc_core::{CameraTrajectory, files, geom::Camera};
+use visloc_io::camera_trajectory::read_camera_trajectory_file;
 use visloc_slam::map::{MapId, SessionCamera};
 use visloc_vmap::{VisualMap, load, picture_name, save};
 
@@ -152,26 +152,44 @@ pub fn largest(map: &VisualMap, path: &Path) -> Result<MapId> {
     map.largest().ok_or_else(|| anyhow!("{}: expected a map with keyframes, found none", path.display()))
 }
 
+fn why_not_aligned(
+    map: &VisualMap,
+    id: MapId,
+    truth: &CameraTrajectory,
+    args: &MapAlignArgs,
+    path: &Path,
+) -> String {
+    match map.num_known_places(id, truth) {
+        num @ 0..4 => format!(
+            "{}: expected the places of at least four keyframes of {}, found {num}; are the times those of its images?",
+            path.display(),
+            args.map.display()
+        ),
+        num => format!(
+            "{}: {num} keyframes of {} have a known place, but these do not tell how the map is turned, or how large it is: they lie too near \
+             each other or on a line, or do not fit the map; a way with turns tells more (for the length alone: --between, --camera-height)",
+            path.display(),
+            args.map.display()
+        ),
+    }
+}
+
 /// Gives a map the frame and the meters of known places.
 pub fn align(args: &MapAlignArgs) -> Result<()> {
     let mut map = load_map(&args.map)?;
     let id = largest(&map, &args.map)?;
     if let Some(path) = &args.to {
-        let CameraTrajectoryFile { trajectory: truth, is_in_map_units, .. } =
-            read_camera_trajectory_file(path)?;
-        if is_in_map_units {
+        let file = read_camera_trajectory_file(path)?;
+        if file.is_in_map_units {
             bail!(
                 "{}: expected places in meters, found map units, of which nobody knows how long they are; --distance or \
                  --camera-height says it",
                 path.display()
             );
         }
+        let truth = file.timed(path)?;
         let Some(aligned) = map.align(id, &truth) else {
-            bail!(
-                "{}: expected the places of at least four keyframes of {}, with the camera's directions if they lie about on a line; are the times those of its images?",
-                path.display(),
-                args.map.display()
-            );
+            bail!(why_not_aligned(&map, id, &truth, args, path))
         };
         say::line!(
             "{} keyframes with known places: a map unit is {:.5} m, to {:.2} %, turned to {:.2} degrees; {:.4} m are left (RMSE)",

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use nalgebra::Point2;
 use serde::Serialize;
 use visloc_core::{GrayFrame, GrayImage, RgbImage, Timestamp, geom::Camera};
+use visloc_io::image_codec::resize_gray;
 use visloc_locate::PhotoPose;
 use visloc_plot::{Color, ImageDots, ImagePicture, image_picture};
 use visloc_slam::SlamConfig;
@@ -53,13 +55,20 @@ struct PoseInMap {
     ground: Option<GroundPose>,
 }
 
+/// A photo whose pixels are finer than those of the map by more than this is reduced.
+const MOST_FINER: f64 = 1.2;
+
 /// Says where in a map of SLAM a photo was taken by a camera.
-pub fn locate(args: &LocateArgs, image: RgbImage, camera: Camera) -> Result<()> {
+pub fn locate(args: &LocateArgs, image: RgbImage, calibrated: Camera) -> Result<()> {
     refuse_others(args)?;
     let map = load_map(Path::new(&*args.map))?;
     let config = SlamConfig::default();
+    // What a photo shows finer than the map has no counterpart there.
+    let finer = finest_focal_px(&map).map_or(1.0, |focal_px| calibrated.focal_px().0 / focal_px);
+    let camera = if finer > MOST_FINER { calibrated.scaled(1.0 / finer) } else { calibrated };
     let mut localizer = MapLocalizer::in_map(&map, &camera, &config, args.seed.value())?;
-    let gray = GrayFrame::new(Timestamp::from_nanos(0), GrayImage::from_rgb(&image));
+    let gray = resize_gray(GrayImage::from_rgb(&image), camera.size_px());
+    let gray = GrayFrame::new(Timestamp::from_nanos(0), gray);
     localizer.step(gray.clone()).with_context(|| args.photo.display().to_string())?;
     let places = localizer.hypotheses();
     let mut counters = MapCounters::new(&map);
@@ -81,11 +90,17 @@ pub fn locate(args: &LocateArgs, image: RgbImage, camera: Camera) -> Result<()> 
         save_json(path, &report)
     });
     saving.save_if(args.out.as_deref(), |folder| {
-        draw(folder, &localizer, image, &camera)?;
+        draw(folder, &localizer, image, &camera, &calibrated)?;
         say::line!("picture: {}", folder.display());
         Ok(())
     });
     saving.end()
+}
+
+/// Focal length of the camera of the map that sees most in a degree, pixels.
+fn finest_focal_px(map: &VisualMap) -> Option<f64> {
+    let cameras = map.map.all_keyframes().filter_map(|(_, keyframe)| keyframe.foreign.as_deref());
+    cameras.map(|session| session.camera.focal_px().0).max_by(f64::total_cmp)
 }
 
 /// The pose over the ground, if the map has one.
@@ -134,7 +149,13 @@ fn in_frame_of_map(map: &VisualMap, place: &Hypothesis) -> String {
 }
 
 /// Draws which landmarks of the map were found in the photo, and which ones should be there and were not.
-fn draw(folder: &Path, localizer: &MapLocalizer, image: RgbImage, camera: &Camera) -> Result<()> {
+fn draw(
+    folder: &Path,
+    localizer: &MapLocalizer,
+    image: RgbImage,
+    camera: &Camera,
+    calibrated: &Camera,
+) -> Result<()> {
     let outcome = localizer.outcome();
     let pose = outcome.and_then(|outcome| outcome.camera_from_world);
     let found = outcome.map(|outcome| outcome.fixed.as_slice()).unwrap_or_default();
@@ -144,10 +165,13 @@ fn draw(folder: &Path, localizer: &MapLocalizer, image: RgbImage, camera: &Camer
         let point = localizer.slam().map().landmark(*id).point_in_world;
         camera.project(&pose?.transform(&point)).ok().filter(|px| camera.contains(px))
     });
+    // In the photo as it was taken.
+    let ratio = calibrated.focal_px().0 / camera.focal_px().0;
+    let in_photo = |px: Point2<f64>| ((px.x + 0.5) * ratio - 0.5, (px.y + 0.5) * ratio - 0.5);
     let dots = |label: &str, color, points_px| ImageDots {
         label: label.to_owned(),
         color,
-        diameter_px: 3.0,
+        diameter_px: 3.0 * ratio,
         points_px,
     };
     let picture = ImagePicture {
@@ -155,10 +179,10 @@ fn draw(folder: &Path, localizer: &MapLocalizer, image: RgbImage, camera: &Camer
             format!("{:.0} %: {} landmarks of the map", 100.0 * place.probability, found.len())
         }),
         image,
-        enlargement: 2,
+        enlargement: if ratio > 1.0 { 1 } else { 2 },
         dots: vec![
-            dots("should be seen, not found", Color::VERMILION, places.map(|px| (px.x, px.y)).collect()),
-            dots("found", Color::BLUISH_GREEN, found.iter().map(|f| (f.px.x, f.px.y)).collect()),
+            dots("should be seen, not found", Color::VERMILION, places.map(in_photo).collect()),
+            dots("found", Color::BLUISH_GREEN, found.iter().map(|f| in_photo(f.px)).collect()),
         ],
         ..ImagePicture::default()
     };

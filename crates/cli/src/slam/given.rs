@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use visloc_core::ImageSource;
-use visloc_io::sequence::read_camera_trajectory;
+use visloc_io::camera_trajectory::read_camera_trajectory_file;
 use visloc_slam::{
     SlamConfig,
     map::{Landmark, SessionCamera},
@@ -22,7 +22,7 @@ pub fn map_given_poses(
     images: &mut dyn ImageSource,
     (poses, out): (&Path, &Path),
 ) -> Result<()> {
-    let given = read_camera_trajectory(poses)?;
+    let given = read_camera_trajectory_file(poses)?.timed(poses)?;
     let camera = *images.camera();
     let mut views = GivenViews::new(&camera, config)?;
     let progress = Progress::new(images.status().num_items);
@@ -50,6 +50,13 @@ pub fn map_given_poses(
             poses.display(),
             args.source,
             given.poses().len()
+        );
+    }
+    // A map of a part of the images may be meant; half of them is usual.
+    if 2 * num_views + 1 < num_images {
+        say::note!(
+            "{}: {num_views} of {num_images} images have a pose within {POSE_TOLERANCE_SECS} s; are the times those of the images?",
+            poses.display()
         );
     }
     let map = views.finish();

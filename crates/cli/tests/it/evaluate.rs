@@ -124,4 +124,11 @@ fn a_truth_without_times_takes_those_beside_it() {
     workspace.write("part.txt", &truth.lines().take(40).map(row).collect::<String>());
     let error = workspace.refused(&["evaluate", "poses.txt", "part.txt"]);
     assert!(error.contains("100 and 40 poses"), "{error}");
+    // Twelve numbers are a camera's, also where it drives straight ahead.
+    let straight = |i: usize| format!("1 0 0 0 0 1 0 0 0 0 1 {i}\n");
+    workspace.write("straight.txt", &(0..20).map(straight).collect::<String>());
+    workspace.must(&["evaluate", "straight.txt", "straight.txt", "--align", "none", "--json", "s.json"]);
+    assert_eq!(workspace.json("s.json")["pairs"], 20);
+    let error = workspace.refused(&["evaluate", "straight.txt", "straight.txt"]);
+    assert!(error.contains("not on a line"), "{error}");
 }

@@ -1,11 +1,11 @@
 //! Sources from outside: the list, typing mistakes, recordings of recordings, results in bags.
 
-use std::{fs, path::Path};
+use std::{collections::BTreeSet, fs, path::Path};
 
 use visloc_core::{RgbImage, Source};
 use visloc_io::{
-    bag::{BagPictures, BagReader, BagTopics},
-    image_codec::save_png,
+    bag::{BagMessages, BagPictures, BagReader, BagTopics},
+    image_codec::{read_image, save_png},
 };
 
 use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
@@ -237,6 +237,16 @@ fn a_part_is_taken_of_any_source() {
     workspace.must(&[&["record", &bag, "--out", "part.mcap"], &part[..]].concat());
     workspace.must(&["localize", "part.mcap", "--map", MAP, "--trajectory", "recorded.tum"]);
     assert_eq!(stamps("recorded.tum"), wanted);
+    // A part of a bag has all topics of the whole one.
+    let topics = |path: &Path| -> BTreeSet<String> {
+        let mut messages = BagMessages::open(path).unwrap();
+        let mut topics = BTreeSet::new();
+        while let Some(message) = messages.next_message() {
+            topics.insert(message.unwrap().channel.topic.clone());
+        }
+        topics
+    };
+    assert_eq!(topics(&workspace.path("part.mcap")), topics(Path::new(&bag)));
     workspace.must(&[&["extract", &bag, "--out", "images"], &part[..]].concat());
     assert_eq!(stamps("images/rgb.txt"), wanted);
     workspace.must(&["localize", "sim:still", "--from", "5", "--frames", "4", "--trajectory", "sim.tum"]);
@@ -268,6 +278,19 @@ fn a_photo_is_located_in_a_map_of_slam() {
         assert!((place[*axis].as_f64().unwrap() - expected).abs() < 0.01, "{place}, expected {line}");
     }
     assert!(workspace.path("out/place-1.png").exists());
+    // A camera of three times the size sees nothing else.
+    let small = read_image(Path::new(&photo)).unwrap();
+    let mut large = RgbImage::new(3 * small.width(), 3 * small.height());
+    for y in 0..large.height() {
+        for x in 0..large.width() {
+            large.set(x, y, small.get(x / 3, y / 3));
+        }
+    }
+    save_png(&large, &workspace.path("large.png")).unwrap();
+    let large = ["locate", "large.png", "--map", "desk.vmap", "--camera", &camera, "--json", "l.json"];
+    workspace.must(&[&large[..], &["--out", "large"]].concat());
+    let again = &workspace.json("l.json")["poses"][0];
+    assert!((again["x"].as_f64().unwrap() - pose[1]).abs() < 0.02, "{again}, expected {line}");
     let error = workspace.refused(&[&base[..], &["--height", "1"]].concat());
     assert!(error.contains("--height: it makes no difference in a map of SLAM"), "{error}");
     // Another room.

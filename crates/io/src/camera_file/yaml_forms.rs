@@ -170,6 +170,12 @@ fn of_matrix(
     let [fx, skew, cx, _, fy, cy, ..] = matrix[..] else {
         return Err(format!("expected the 9 numbers of {key}, found {}", matrix.len()));
     };
+    if matrix[6..] != [0.0, 0.0, 1.0] {
+        return Err(format!(
+            "expected a {key} whose last row is 0 0 1, found {} {} {}: is it transposed, as in MATLAB?",
+            matrix[6], matrix[7], matrix[8]
+        ));
+    }
     if skew.abs() > 1e-6 * fx {
         return Err(format!("expected a {key} without skew, found {skew}"));
     }

@@ -15,6 +15,8 @@ pub(super) struct Ranged<T> {
     num_seen: usize,
     num_inside: usize,
     num_taken: usize,
+    /// Whether the range ended before the source.
+    has_ended: bool,
 }
 
 /// What becomes of an image.
@@ -26,7 +28,16 @@ enum Verdict {
 
 impl<T> Ranged<T> {
     pub(super) fn new(inner: Box<dyn Source<T>>, range: SequenceRange) -> Self {
-        Self { inner, range, first_at: None, last_at: None, num_seen: 0, num_inside: 0, num_taken: 0 }
+        Self {
+            inner,
+            range,
+            first_at: None,
+            last_at: None,
+            num_seen: 0,
+            num_inside: 0,
+            num_taken: 0,
+            has_ended: false,
+        }
     }
 
     /// Whether no further image can be in the range, so that a live source is not waited for, and a long one is not read to its
@@ -48,6 +59,7 @@ impl<T> Ranged<T> {
             Bound::Secs(secs) => at.secs_since(first_at) < secs,
         };
         if self.range.end.is_some_and(|end| !is_before(end)) {
+            self.has_ended = true;
             return Verdict::End;
         }
         if is_before(self.range.start) {
@@ -68,6 +80,7 @@ impl<T> Ranged<T> {
         let has = match (self.num_seen, self.inner.status().num_items) {
             (0, None) => String::new(),
             (0, Some(num)) => format!(": the source has {num} images"),
+            _ if self.has_ended => ": it ends before it begins".into(),
             (num, _) => format!(": the source has {num} images, {secs:.1} s long"),
         };
         format!(" in the range that was asked for{has}")

@@ -63,6 +63,13 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let Some((folder, pattern)) = place_of(&images) else {
         return request.cannot("expected images in one folder and of one format, found others");
     };
+    // ffmpeg takes them by name: 'image10' before 'image2'.
+    if !images.is_sorted_by_key(|image| image.path.file_name()) {
+        return request.cannot(
+            "expected images whose names are in their order, found numbers of different length or a list with another order; \
+             'visloc extract' makes such a folder",
+        );
+    }
     let args: Vec<std::ffi::OsString> = vec![
         "-re".into(),
         "-stream_loop".into(),
