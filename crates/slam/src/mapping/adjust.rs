@@ -146,15 +146,12 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
         all.bundle.cameras.push(*map.keyframe(*id).camera_from_world());
         all.bundle.is_free.push(true);
     }
-    let mut is_listed = vec![false; map.num_landmark_ids()];
-    for id in free.iter().flat_map(|keyframe| &map.keyframe(*keyframe).landmarks) {
+    let landmarks = seen_by(map, free);
+    let num_observations = landmarks.iter().map(|id| map.landmark(*id).observations.len()).sum();
+    // A whole map has so many that there is no room to be wasted.
+    all.bundle.observations.reserve_exact(num_observations);
+    for (point, id) in landmarks.iter().enumerate() {
         let landmark = map.landmark(*id);
-        let is_usable = landmark.is_converged() && landmark.observations.len() >= 2;
-        if !is_usable || std::mem::replace(&mut is_listed[id.index()], true) {
-            continue;
-        }
-        let point = all.index.landmarks.len();
-        all.index.landmarks.push(*id);
         all.bundle.points.push(landmark.point_in_world);
         for observation in landmark.observations.iter() {
             let keyframe = observation.keyframe;
@@ -167,12 +164,27 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
             });
         }
     }
+    all.index.landmarks = landmarks;
     all.tie_turned();
     all.add_odometry();
     all.add_crossings();
     let Collection { mut bundle, index, .. } = all;
     fix_gauge(&mut bundle, &index);
     (bundle, index)
+}
+
+/// Landmarks that these keyframes see and that tell something of their poses.
+fn seen_by(map: &Map, keyframes: &[KeyframeId]) -> Vec<LandmarkId> {
+    let mut is_listed = vec![false; map.num_landmark_ids()];
+    let mut seen = Vec::new();
+    for id in keyframes.iter().flat_map(|keyframe| &map.keyframe(*keyframe).landmarks) {
+        let landmark = map.landmark(*id);
+        let is_usable = landmark.is_converged() && landmark.observations.len() >= 2;
+        if is_usable && !std::mem::replace(&mut is_listed[id.index()], true) {
+            seen.push(*id);
+        }
+    }
+    seen
 }
 
 /// Focal length of the camera of a keyframe, where that of the camera that is followed is known, pixels.

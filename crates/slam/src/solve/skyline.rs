@@ -1,6 +1,6 @@
 //! Sparse symmetric systems whose entries lie near the diagonal, but for a few rows.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DVector, SMatrix, SVector};
 
 /// The lower half of a symmetric matrix: of each row the entries from the first that is not zero to the diagonal. Its Cholesky
 /// factor has the same shape.
@@ -21,14 +21,12 @@ impl Skyline {
         Self { first, rows }
     }
 
-    /// The lower half of a matrix.
+    /// A matrix of so many rows, given its entries on and below the diagonal: row, then column.
     #[must_use]
-    pub fn of(matrix: &DMatrix<f64>) -> Self {
-        let is_some = |row: usize, column: &usize| matrix[(row, *column)] != 0.0;
-        let first = |row: usize| (0..row).find(|column| is_some(row, column)).unwrap_or(row);
-        let first: Vec<usize> = (0..matrix.nrows()).map(first).collect();
-        let row =
-            |(row, first): (usize, &usize)| (*first..=row).map(|column| matrix[(row, column)]).collect();
+    pub fn of(size: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let first = |row: usize| (0..row).find(|column| entry(row, *column) != 0.0).unwrap_or(row);
+        let first: Vec<usize> = (0..size).map(first).collect();
+        let row = |(row, first): (usize, &usize)| (*first..=row).map(|column| entry(row, column)).collect();
         let rows = first.iter().enumerate().map(row).collect();
         Self { first, rows }
     }
@@ -145,6 +143,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
     use rand::RngExt;
     use visloc_core::RngTree;
 
@@ -169,7 +168,10 @@ mod tests {
         }
         let right = DVector::from_fn(num, |i, _| i as f64 - 10.0);
         let expected = dense.clone().cholesky().unwrap().solve(&right);
-        assert!((Skyline::of(&dense).solve(&right).unwrap() - &expected).norm() < 1e-10);
+        assert!(
+            (Skyline::of(num, |row, column| dense[(row, column)]).solve(&right).unwrap() - &expected).norm()
+                < 1e-10
+        );
         let factor = skyline.cholesky().unwrap();
         assert!((factor.solve(&right) - expected).norm() < 1e-10);
         let inverse = dense.try_inverse().unwrap();

@@ -21,8 +21,10 @@ pub struct NormalEquations {
     between: Vec<(usize, usize, Matrix6<f64>)>,
     points: Vec<Matrix3<f64>>,
     pub(super) point_gradient: Vec<Vector3<f64>>,
-    /// One for each observation.
-    pub(super) camera_by_point: Vec<Matrix6x3<f64>>,
+    /// One for each observation, if there are not too many: those of a whole map are worked out when they are asked for, since they would
+    /// take as much memory as the map.
+    camera_by_point: Vec<Matrix6x3<f64>>,
+    huber: f64,
     lens: Option<LensEquations>,
 }
 
@@ -56,14 +58,53 @@ pub struct Linearized {
 /// Cameras from which on most of them share no point, so that most blocks are zero.
 const MANY_CAMERAS: usize = 40;
 
-/// Solves the equations of the cameras, of which the lower triangle is given.
-fn solve_reduced(matrix: DMatrix<f64>, vector: &DVector<f64>) -> Option<DVector<f64>> {
-    if vector.len() > 6 * MANY_CAMERAS {
-        let skyline = Skyline::of(&matrix);
-        drop(matrix);
-        return skyline.solve(vector);
+/// The equations of cameras and lens, with the points eliminated.
+pub struct Reduced {
+    num_free: usize,
+    /// Those on and above the diagonal, row by row.
+    blocks: Vec<Matrix6<f64>>,
+    /// Blocks of the lens with the cameras, and its own.
+    lens: Option<(Vec<Vector6<f64>>, f64)>,
+    /// The right side.
+    pub(super) vector: DVector<f64>,
+}
+
+impl Reduced {
+    /// Where the block of two cameras is, the lower one first.
+    #[inline]
+    fn at(num_free: usize, row: usize, column: usize) -> usize {
+        row * num_free - row * (row + 1) / 2 + column
     }
-    Some(matrix.cholesky()?.solve(vector))
+
+    /// An entry of the lower triangle, the only one that decompositions read.
+    #[inline]
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        let [(row, below), (column, right)] = [row, column].map(|at| (at / 6, at % 6));
+        match &self.lens {
+            Some((_, own)) if column == self.num_free => *own,
+            Some((by_camera, _)) if row == self.num_free => by_camera[column][right],
+            _ => self.blocks[Self::at(self.num_free, column, row)][(right, below)],
+        }
+    }
+
+    /// The matrix without the zeros before the first entry of each row.
+    pub(super) fn skyline(&self) -> Skyline {
+        Skyline::of(self.vector.len(), |row, column| self.entry(row, column))
+    }
+
+    fn solve(self) -> Option<DVector<f64>> {
+        let size = self.vector.len();
+        if self.num_free > MANY_CAMERAS {
+            let skyline = self.skyline();
+            let Self { vector, .. } = self;
+            return skyline.solve(&vector);
+        }
+        let mut matrix = DMatrix::zeros(size, size);
+        for column in 0..size {
+            (column..size).for_each(|row| matrix[(row, column)] = self.entry(row, column));
+        }
+        Some(matrix.cholesky()?.solve(&self.vector))
+    }
 }
 
 impl NormalEquations {
@@ -77,6 +118,7 @@ impl NormalEquations {
             points: Vec::new(),
             point_gradient: Vec::new(),
             camera_by_point: Vec::new(),
+            huber: 0.0,
             lens: None,
         }
     }
@@ -106,7 +148,9 @@ impl NormalEquations {
         set_zeros(&mut self.camera_gradient, num_free);
         set_zeros(&mut self.points, num_points);
         set_zeros(&mut self.point_gradient, num_points);
-        set_zeros(&mut self.camera_by_point, bundle.observations.len());
+        let num_kept = if num_free > MANY_CAMERAS { 0 } else { bundle.observations.len() };
+        set_zeros(&mut self.camera_by_point, num_kept);
+        self.huber = huber;
         for (i, observation) in bundle.observations.iter().enumerate() {
             if let Some(linearized) = linearize(bundle, i, observation, huber) {
                 self.add(i, observation, &linearized);
@@ -119,13 +163,17 @@ impl NormalEquations {
     #[inline]
     fn add(&mut self, i: usize, observation: &BundleObservation, l: &Linearized) {
         let point = observation.point;
-        self.points[point] += l.by_point.transpose() * l.by_point * l.weight;
-        self.point_gradient[point] -= l.by_point.transpose() * l.error * l.weight;
+        let by_point = rows_of(&l.by_point);
+        add_square(&mut self.points[point], &by_point, l.weight);
+        subtract_gradient(&mut self.point_gradient[point], &by_point, l);
         let slot = self.slots[observation.camera];
         if let Some(slot) = slot {
-            self.cameras[slot] += l.by_camera.transpose() * l.by_camera * l.weight;
-            self.camera_gradient[slot] -= l.by_camera.transpose() * l.error * l.weight;
-            self.camera_by_point[i] = l.by_camera.transpose() * l.by_point * l.weight;
+            let by_camera = rows_of(&l.by_camera);
+            add_square(&mut self.cameras[slot], &by_camera, l.weight);
+            subtract_gradient(&mut self.camera_gradient[slot], &by_camera, l);
+            if let Some(kept) = self.camera_by_point.get_mut(i) {
+                *kept = l.camera_by_point();
+            }
         }
         if let Some(lens) = &mut self.lens {
             lens.own += l.by_lens.norm_squared() * l.weight;
@@ -184,14 +232,13 @@ impl NormalEquations {
     /// The step with a damping, share of the diagonal. `None` if the equations have no solution.
     pub fn solve(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
         let inverses = self.point_inverses(damping);
-        let (matrix, vector) = self.reduced(bundle, &inverses, damping);
-        let solution = solve_reduced(matrix, &vector)?;
+        let solution = self.reduced(bundle, &inverses, damping).solve()?;
         let num_free = self.cameras.len();
         let twist = |slot: usize| Vector6::from_fn(|i, _| solution[6 * slot + i]);
         let mut right = self.point_gradient.clone();
-        for (observation, by_point) in bundle.observations.iter().zip(&self.camera_by_point) {
+        for (i, observation) in bundle.observations.iter().enumerate() {
             if let Some(slot) = self.slots[observation.camera] {
-                right[observation.point] -= by_point.transpose() * twist(slot);
+                right[observation.point] -= self.camera_by_point(bundle, i).transpose() * twist(slot);
             }
         }
         let change = self.lens.as_ref().map_or(0.0, |_| solution[6 * num_free]);
@@ -210,17 +257,19 @@ impl NormalEquations {
         self.points.iter().map(|hessian| damped_inverse(hessian, damping)).collect()
     }
 
-    /// The equations of cameras and lens, with the points eliminated: the lower triangle of the matrix (the decomposition
-    /// reads nothing else) and the vector.
-    pub(super) fn reduced(
-        &self,
-        bundle: &Bundle,
-        inverses: &[Matrix3<f64>],
-        damping: f64,
-    ) -> (DMatrix<f64>, DVector<f64>) {
+    /// The block of the camera and the point of an observation; the camera is free.
+    #[inline]
+    pub(super) fn camera_by_point(&self, bundle: &Bundle, i: usize) -> Matrix6x3<f64> {
+        self.camera_by_point.get(i).copied().unwrap_or_else(|| {
+            let linearized = linearize(bundle, i, &bundle.observations[i], self.huber);
+            linearized.map_or_else(Matrix6x3::zeros, |linearized| linearized.camera_by_point())
+        })
+    }
+
+    /// The equations with the points eliminated.
+    pub(super) fn reduced(&self, bundle: &Bundle, inverses: &[Matrix3<f64>], damping: f64) -> Reduced {
         let num_free = self.cameras.len();
-        // Those above the diagonal, row by row.
-        let at = |row: usize, column: usize| row * num_free - row * (row + 1) / 2 + column;
+        let at = |row: usize, column: usize| Reduced::at(num_free, row, column);
         let mut blocks = vec![Matrix6::zeros(); num_free * (num_free + 1) / 2];
         let mut gradient = self.camera_gradient.clone();
         for (slot, own) in self.cameras.iter().enumerate() {
@@ -230,39 +279,32 @@ impl NormalEquations {
             blocks[at(*row, *column)] += block;
         }
         let mut start = 0;
+        let mut free: Vec<(usize, Matrix6x3<f64>)> = Vec::new();
         for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
             let point = group[0].point;
-            let by_point = &self.camera_by_point[start..start + group.len()];
+            let slots = (start..).zip(group).filter_map(|(i, o)| Some((self.slots[o.camera]?, i)));
+            free.clear();
+            free.extend(slots.map(|(slot, i)| (slot, self.camera_by_point(bundle, i))));
             start += group.len();
-            for (first, first_by_point) in group.iter().zip(by_point) {
-                let Some(slot) = self.slots[first.camera] else { continue };
-                let product = first_by_point * inverses[point];
-                gradient[slot] -= product * self.point_gradient[point];
-                for (second, second_by_point) in group.iter().zip(by_point) {
-                    let Some(other) = self.slots[second.camera].filter(|other| *other >= slot) else {
-                        continue;
-                    };
-                    subtract_product(&mut blocks[at(slot, other)], &product, second_by_point);
+            for (slot, by_point) in &free {
+                let product = by_point * inverses[point];
+                gradient[*slot] -= product * self.point_gradient[point];
+                for (other, other_by_point) in free.iter().filter(|(other, _)| other >= slot) {
+                    subtract_product(&mut blocks[at(*slot, *other)], &product, other_by_point);
                 }
             }
         }
         let size = 6 * num_free + usize::from(self.lens.is_some());
-        let (mut matrix, mut vector) = (DMatrix::zeros(size, size), DVector::zeros(size));
-        for i in 0..num_free {
-            vector.fixed_rows_mut::<6>(6 * i).copy_from(&gradient[i]);
-            for j in i..num_free {
-                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[at(i, j)].transpose());
-            }
+        let mut vector = DVector::zeros(size);
+        for (slot, gradient) in gradient.iter().enumerate() {
+            vector.fixed_rows_mut::<6>(6 * slot).copy_from(gradient);
         }
-        if let Some(lens) = &self.lens {
-            let (row, own, gradient) = self.reduced_lens(lens, bundle, inverses);
-            for (i, by_camera) in row.iter().enumerate() {
-                matrix.fixed_view_mut::<1, 6>(size - 1, 6 * i).copy_from(&by_camera.transpose());
-            }
-            matrix[(size - 1, size - 1)] = own;
+        let lens = self.lens.as_ref().map(|lens| {
+            let (by_camera, own, gradient) = self.reduced_lens(lens, bundle, inverses);
             vector[size - 1] = gradient;
-        }
-        (matrix, vector)
+            (by_camera, own)
+        });
+        Reduced { num_free, blocks, lens, vector }
     }
 
     /// The equation of the lens with the points eliminated: its blocks with the cameras, its own, and the right side.
@@ -279,9 +321,9 @@ impl NormalEquations {
             own -= product.dot(&lens.by_point[i]);
             gradient -= product.dot(&self.point_gradient[i]);
         }
-        for (observation, by_point) in bundle.observations.iter().zip(&self.camera_by_point) {
+        for (i, observation) in bundle.observations.iter().enumerate() {
             if let Some(slot) = self.slots[observation.camera] {
-                by_camera[slot] -= by_point * products[observation.point];
+                by_camera[slot] -= self.camera_by_point(bundle, i) * products[observation.point];
             }
         }
         (by_camera, own, gradient)
@@ -303,6 +345,42 @@ fn slots(is_free: &[bool]) -> Vec<Option<usize>> {
 fn set_zeros<const R: usize, const C: usize>(blocks: &mut Vec<SMatrix<f64, R, C>>, num: usize) {
     blocks.clear();
     blocks.resize(num, SMatrix::zeros());
+}
+
+impl Linearized {
+    /// Second derivative by camera and point.
+    #[inline]
+    fn camera_by_point(&self) -> Matrix6x3<f64> {
+        let [first, second] = rows_of(&self.by_camera);
+        let by_point = rows_of(&self.by_point);
+        Matrix6x3::from_fn(|row, column| {
+            (first[row] * by_point[0][column] + second[row] * by_point[1][column]) * self.weight
+        })
+    }
+}
+
+/// The rows of a derivative of two lines side by side, in order in memory.
+#[inline]
+fn rows_of<const N: usize>(jacobian: &SMatrix<f64, 2, N>) -> [[f64; N]; 2] {
+    [0, 1].map(|row| std::array::from_fn(|column| jacobian[(row, column)]))
+}
+
+/// Adds a derivative times itself. nalgebra calls its loop over matrices of any size for this, too.
+#[inline]
+fn add_square<const N: usize>(sum: &mut SMatrix<f64, N, N>, [first, second]: &[[f64; N]; 2], weight: f64) {
+    for column in 0..N {
+        for row in 0..N {
+            sum[(row, column)] += (first[row] * first[column] + second[row] * second[column]) * weight;
+        }
+    }
+}
+
+/// Subtracts a derivative times the error.
+#[inline]
+fn subtract_gradient<const N: usize>(sum: &mut SVector<f64, N>, rows: &[[f64; N]; 2], l: &Linearized) {
+    for row in 0..N {
+        sum[row] -= (rows[0][row] * l.error.x + rows[1][row] * l.error.y) * l.weight;
+    }
 }
 
 /// Subtracts `left * right'` from a block. Most of a solution's time goes into this product, for which nalgebra calls its loop over

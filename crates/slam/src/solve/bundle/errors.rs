@@ -6,7 +6,7 @@ use super::{
     Bundle,
     equations::{NormalEquations, linearize},
 };
-use crate::solve::{Skyline, SkylineFactor};
+use crate::solve::SkylineFactor;
 
 /// Smooth fields over the image: products of Legendre polynomials of both coordinates, of these degrees together. A constant one is a turn of the
 /// camera; the fifth degree is that of the second radial coefficient of a lens.
@@ -49,8 +49,8 @@ impl Bundle {
             }
         }
         let inverses = equations.point_inverses(LEAST);
-        let (matrix, vector) = equations.reduced(self, &inverses, 0.0);
-        let factor = Skyline::of(&matrix).cholesky()?;
+        let reduced = equations.reduced(self, &inverses, 0.0);
+        let factor = reduced.skyline().cholesky()?;
         let gauge = Gauge::of(self, prior, (&equations.slots, &factor))?;
         let camera = |(camera, slot): (usize, &Option<usize>)| {
             let own = slot.map_or_else(Matrix6::zeros, |slot| factor.inverse_block::<6>(6 * slot));
@@ -58,7 +58,7 @@ impl Bundle {
         };
         let cameras = equations.slots.iter().enumerate().map(camera).collect();
         let fields = Fields::of(self, huber, (&equations, &inverses));
-        let design_effect = fields.mean_square(&factor, &vector).max(1.0);
+        let design_effect = fields.mean_square(&factor, &reduced.vector).max(1.0);
         Some(BundleErrors { cameras, points: inverses, design_effect })
     }
 }
@@ -183,7 +183,7 @@ impl Fields {
             for (i, observation) in (start..).zip(group) {
                 if let Some(slot) = equations.slots[observation.camera] {
                     let mut own = all.by_camera.fixed_view_mut::<6, SHIFTS>(6 * slot, 0);
-                    own -= equations.camera_by_point[i] * eliminated;
+                    own -= equations.camera_by_point(bundle, i) * eliminated;
                 }
             }
             start += group.len();
