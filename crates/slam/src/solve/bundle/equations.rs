@@ -21,9 +21,9 @@ pub struct NormalEquations {
     between: Vec<(usize, usize, Matrix6<f64>)>,
     points: Vec<Matrix3<f64>>,
     pub(super) point_gradient: Vec<Vector3<f64>>,
-    /// One for each observation, if there are not too many: those of a whole map are worked out when they are asked for, since they would
-    /// take as much memory as the map.
-    camera_by_point: Vec<Matrix6x3<f64>>,
+    /// One for each observation of a free camera, in order, if there are not too many cameras: those of a whole map are worked out when
+    /// they are asked for, since they would take as much memory as the map.
+    camera_by_point: Option<Vec<Matrix6x3<f64>>>,
     huber: f64,
     lens: Option<LensEquations>,
 }
@@ -117,7 +117,7 @@ impl NormalEquations {
             between: Vec::new(),
             points: Vec::new(),
             point_gradient: Vec::new(),
-            camera_by_point: Vec::new(),
+            camera_by_point: None,
             huber: 0.0,
             lens: None,
         }
@@ -148,20 +148,26 @@ impl NormalEquations {
         set_zeros(&mut self.camera_gradient, num_free);
         set_zeros(&mut self.points, num_points);
         set_zeros(&mut self.point_gradient, num_points);
-        let num_kept = if num_free > MANY_CAMERAS { 0 } else { bundle.observations.len() };
-        set_zeros(&mut self.camera_by_point, num_kept);
         self.huber = huber;
+        let mut kept = self.camera_by_point.take().unwrap_or_default();
+        kept.clear();
+        let are_kept = num_free <= MANY_CAMERAS;
         for (i, observation) in bundle.observations.iter().enumerate() {
-            if let Some(linearized) = linearize(bundle, i, observation, huber) {
-                self.add(i, observation, &linearized);
+            let linearized = linearize(bundle, i, observation, huber);
+            if let Some(linearized) = &linearized {
+                self.add(observation, linearized);
+            }
+            if are_kept && self.slots[observation.camera].is_some() {
+                kept.push(linearized.map_or_else(Matrix6x3::zeros, |l| l.camera_by_point()));
             }
         }
+        self.camera_by_point = are_kept.then_some(kept);
         self.add_ties(bundle);
         self.add_motions(bundle);
     }
 
     #[inline]
-    fn add(&mut self, i: usize, observation: &BundleObservation, l: &Linearized) {
+    fn add(&mut self, observation: &BundleObservation, l: &Linearized) {
         let point = observation.point;
         let by_point = rows_of(&l.by_point);
         add_square(&mut self.points[point], &by_point, l.weight);
@@ -169,11 +175,8 @@ impl NormalEquations {
         let slot = self.slots[observation.camera];
         if let Some(slot) = slot {
             let by_camera = rows_of(&l.by_camera);
-            add_square(&mut self.cameras[slot], &by_camera, l.weight);
+            add_symmetric(&mut self.cameras[slot], &by_camera, l.weight);
             subtract_gradient(&mut self.camera_gradient[slot], &by_camera, l);
-            if let Some(kept) = self.camera_by_point.get_mut(i) {
-                *kept = l.camera_by_point();
-            }
         }
         if let Some(lens) = &mut self.lens {
             lens.own += l.by_lens.norm_squared() * l.weight;
@@ -236,11 +239,11 @@ impl NormalEquations {
         let num_free = self.cameras.len();
         let twist = |slot: usize| Vector6::from_fn(|i, _| solution[6 * slot + i]);
         let mut right = self.point_gradient.clone();
-        for (i, observation) in bundle.observations.iter().enumerate() {
-            if let Some(slot) = self.slots[observation.camera] {
-                right[observation.point] -= self.camera_by_point(bundle, i).transpose() * twist(slot);
+        self.for_each_point(bundle, |_, group, free| {
+            for (slot, by_point) in free {
+                right[group[0].point] -= by_point.transpose() * twist(*slot);
             }
-        }
+        });
         let change = self.lens.as_ref().map_or(0.0, |_| solution[6 * num_free]);
         for (right, by_point) in right.iter_mut().zip(self.lens.iter().flat_map(|lens| &lens.by_point)) {
             *right -= by_point * change;
@@ -257,13 +260,28 @@ impl NormalEquations {
         self.points.iter().map(|hessian| damped_inverse(hessian, damping)).collect()
     }
 
-    /// The block of the camera and the point of an observation; the camera is free.
-    #[inline]
-    pub(super) fn camera_by_point(&self, bundle: &Bundle, i: usize) -> Matrix6x3<f64> {
-        self.camera_by_point.get(i).copied().unwrap_or_else(|| {
-            let linearized = linearize(bundle, i, &bundle.observations[i], self.huber);
-            linearized.map_or_else(Matrix6x3::zeros, |linearized| linearized.camera_by_point())
-        })
+    /// Goes through the points with the number of their first observation, all of their observations, and of each free camera that sees them
+    /// the slot and the block of camera and point.
+    pub(super) fn for_each_point(
+        &self,
+        bundle: &Bundle,
+        mut take: impl FnMut(usize, &[BundleObservation], &[(usize, Matrix6x3<f64>)]),
+    ) {
+        let (mut start, mut free) = (0, Vec::new());
+        let mut kept = self.camera_by_point.as_ref().map(|kept| kept.iter());
+        for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
+            free.clear();
+            for (i, observation) in (start..).zip(group) {
+                let Some(slot) = self.slots[observation.camera] else { continue };
+                let by_point = match &mut kept {
+                    Some(kept) => kept.next().copied(),
+                    None => linearize(bundle, i, observation, self.huber).map(|l| l.camera_by_point()),
+                };
+                free.push((slot, by_point.unwrap_or_else(Matrix6x3::zeros)));
+            }
+            take(start, group, &free);
+            start += group.len();
+        }
     }
 
     /// The equations with the points eliminated.
@@ -278,22 +296,17 @@ impl NormalEquations {
         for (row, column, block) in &self.between {
             blocks[at(*row, *column)] += block;
         }
-        let mut start = 0;
-        let mut free: Vec<(usize, Matrix6x3<f64>)> = Vec::new();
-        for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
+        self.for_each_point(bundle, |_, group, free| {
             let point = group[0].point;
-            let slots = (start..).zip(group).filter_map(|(i, o)| Some((self.slots[o.camera]?, i)));
-            free.clear();
-            free.extend(slots.map(|(slot, i)| (slot, self.camera_by_point(bundle, i))));
-            start += group.len();
-            for (slot, by_point) in &free {
+            for (slot, by_point) in free {
                 let product = by_point * inverses[point];
                 gradient[*slot] -= product * self.point_gradient[point];
-                for (other, other_by_point) in free.iter().filter(|(other, _)| other >= slot) {
+                for (other, other_by_point) in free.iter().filter(|(other, _)| other > slot) {
                     subtract_product(&mut blocks[at(*slot, *other)], &product, other_by_point);
                 }
+                subtract_symmetric(&mut blocks[at(*slot, *slot)], &product, by_point);
             }
-        }
+        });
         let size = 6 * num_free + usize::from(self.lens.is_some());
         let mut vector = DVector::zeros(size);
         for (slot, gradient) in gradient.iter().enumerate() {
@@ -321,11 +334,11 @@ impl NormalEquations {
             own -= product.dot(&lens.by_point[i]);
             gradient -= product.dot(&self.point_gradient[i]);
         }
-        for (i, observation) in bundle.observations.iter().enumerate() {
-            if let Some(slot) = self.slots[observation.camera] {
-                by_camera[slot] -= self.camera_by_point(bundle, i) * products[observation.point];
+        self.for_each_point(bundle, |_, group, free| {
+            for (slot, by_point) in free {
+                by_camera[*slot] -= by_point * products[group[0].point];
             }
-        }
+        });
         (by_camera, own, gradient)
     }
 }
@@ -375,6 +388,17 @@ fn add_square<const N: usize>(sum: &mut SMatrix<f64, N, N>, [first, second]: &[[
     }
 }
 
+/// As [`add_square`], for a matrix whose entries below the diagonal nobody reads.
+#[inline]
+fn add_symmetric(sum: &mut Matrix6<f64>, [first, second]: &[[f64; 6]; 2], weight: f64) {
+    for column in 0..6 {
+        // Two rows are one instruction.
+        for row in 0..=column | 1 {
+            sum[(row, column)] += (first[row] * first[column] + second[row] * second[column]) * weight;
+        }
+    }
+}
+
 /// Subtracts a derivative times the error.
 #[inline]
 fn subtract_gradient<const N: usize>(sum: &mut SVector<f64, N>, rows: &[[f64; N]; 2], l: &Linearized) {
@@ -390,6 +414,18 @@ fn subtract_product(block: &mut Matrix6<f64>, left: &Matrix6x3<f64>, right: &Mat
     for column in 0..6 {
         let [a, b, c] = [right[(column, 0)], right[(column, 1)], right[(column, 2)]];
         for row in 0..6 {
+            block[(row, column)] -= left[(row, 0)] * a + left[(row, 1)] * b + left[(row, 2)] * c;
+        }
+    }
+}
+
+/// As [`subtract_product`], for a block on the diagonal, whose entries below the diagonal nobody reads.
+#[inline]
+fn subtract_symmetric(block: &mut Matrix6<f64>, left: &Matrix6x3<f64>, right: &Matrix6x3<f64>) {
+    for column in 0..6 {
+        let [a, b, c] = [right[(column, 0)], right[(column, 1)], right[(column, 2)]];
+        // Two rows are one instruction.
+        for row in 0..=column | 1 {
             block[(row, column)] -= left[(row, 0)] * a + left[(row, 1)] * b + left[(row, 2)] * c;
         }
     }

@@ -155,8 +155,7 @@ impl Fields {
             gradient: SVector::zeros(),
             by_camera: DMatrix::zeros(6 * equations.cameras.len(), SHIFTS),
         };
-        let mut start = 0;
-        for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
+        equations.for_each_point(bundle, |start, group, free| {
             let mut by_point = SMatrix::<f64, 3, SHIFTS>::zeros();
             for (i, observation) in (start..).zip(group) {
                 let Some(l) = linearize(bundle, i, observation, huber) else { continue };
@@ -180,14 +179,11 @@ impl Fields {
             let eliminated = inverses[point] * by_point;
             all.own -= by_point.transpose() * eliminated;
             all.gradient -= eliminated.transpose() * equations.point_gradient[point];
-            for (i, observation) in (start..).zip(group) {
-                if let Some(slot) = equations.slots[observation.camera] {
-                    let mut own = all.by_camera.fixed_view_mut::<6, SHIFTS>(6 * slot, 0);
-                    own -= equations.camera_by_point(bundle, i) * eliminated;
-                }
+            for (slot, camera_by_point) in free {
+                let mut own = all.by_camera.fixed_view_mut::<6, SHIFTS>(6 * slot, 0);
+                own -= camera_by_point * eliminated;
             }
-            start += group.len();
-        }
+        });
         all
     }
 
