@@ -42,17 +42,18 @@ impl SearchPatch {
         if x < HALF_PX || y < HALF_PX || x >= right || y >= bottom {
             return None;
         }
-        // All differences at first: loops over them become the instruction that multiplies pairs and adds them.
-        let mut differences = [0_i16; PATCH_PX * PATCH_PX];
+        // All differences at first: loops over them become the instruction that multiplies pairs and adds them. Sums of columns fit sixteen bits.
+        let (mut differences, mut sums) = ([0_i16; PATCH_PX * PATCH_PX], [0_i16; PATCH_PX]);
         let start = (y - HALF_PX) * image.width() + x - HALF_PX;
-        let rows = image.data()[start..].chunks(image.width());
-        let lines = differences.chunks_exact_mut(PATCH_PX).zip(self.values.chunks_exact(PATCH_PX));
-        for ((line, values), row) in lines.zip(rows) {
-            for ((difference, value), pixel) in line.iter_mut().zip(values).zip(&row[..PATCH_PX]) {
-                *difference = value - i16::from(*pixel);
+        for row in 0..PATCH_PX {
+            let pixels = &image.data()[start + row * image.width()..][..PATCH_PX];
+            for column in 0..PATCH_PX {
+                let difference = self.values[row * PATCH_PX + column] - i16::from(pixels[column]);
+                differences[row * PATCH_PX + column] = difference;
+                sums[column] += difference;
             }
         }
-        let sum = sum_of_products(&differences, &[1; PATCH_PX * PATCH_PX]);
+        let sum: i32 = sums.iter().map(|sum| i32::from(*sum)).sum();
         let n = (PATCH_PX * PATCH_PX) as i32;
         let ssd = sum_of_products(&differences, &differences) - sum * sum / n;
         Some(ssd.max(0) as f32 / n as f32)
