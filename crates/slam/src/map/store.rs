@@ -349,7 +349,10 @@ impl Map {
     /// How many of the landmarks are converged and seen by each keyframe.
     pub(crate) fn num_shared(&self, landmarks: &[LandmarkId]) -> Vec<u32> {
         let mut counts = vec![0_u32; self.keyframes.len()];
-        for landmark in landmarks.iter().map(|id| self.landmark(*id)).filter(|l| l.is_converged()) {
+        // First all landmarks, then what sees them: so the processor fetches many at a time.
+        let landmarks = landmarks.iter().map(|id| self.landmark(*id));
+        let converged: Vec<&Landmark> = landmarks.filter(|landmark| landmark.is_converged()).collect();
+        for landmark in converged {
             for keyframe in landmark.observations.keyframes() {
                 counts[keyframe.index()] += 1;
             }

@@ -75,7 +75,9 @@ impl Listed<'_> {
                 alike[num % BLOCK] = (*entry, different);
                 num += usize::from(different <= MOST_DIFFERENT);
             }
-            near.extend_from_slice(&alike[..num]);
+            // All of them, which are copied at once; those behind are none.
+            near.extend_from_slice(&alike);
+            near.truncate(near.len() - BLOCK + num);
         }
     }
 }

@@ -184,10 +184,16 @@ impl ByPieces {
         for (index, descriptor) in known.descriptors.iter().enumerate() {
             num_common[..num].fill(0);
             let mut num_compared = 0;
-            let lists = self.starts.chunks_exact(Self::STARTS).zip(self.listed.chunks_exact(num.max(1)));
-            for (piece, (starts, listed)) in lists.enumerate() {
+            // Where all lists lie is looked up first: how long each one is cannot be predicted, and nothing is fetched beyond.
+            let mut ranges = [[0_u16; 2]; NUM_PIECES];
+            for (piece, (range, starts)) in
+                ranges.iter_mut().zip(self.starts.chunks_exact(Self::STARTS)).enumerate()
+            {
                 let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
-                for place in &listed[usize::from(starts[value])..usize::from(starts[value + 1])] {
+                *range = [starts[value], starts[value + 1]];
+            }
+            for ([start, end], listed) in ranges.iter().zip(self.listed.chunks_exact(num.max(1))) {
+                for place in &listed[usize::from(*start)..usize::from(*end)] {
                     let common = &mut num_common[usize::from(*place) % MOST_PLACES];
                     *common += 1;
                     compared[num_compared % MOST_PLACES] = *place;

@@ -82,6 +82,8 @@ impl Relocator {
         let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
         // Most descriptors in common with a keyframe by which the camera was found: a place with far less in common is no rival.
         let mut most_shared = 0;
+        // The map with the one active that was searched last: mostly there is no other.
+        let mut searched = None::<Map>;
         for Ranked { keyframe: id, num_shared, .. } in ranked {
             if num_tried >= self.config.relocation.max_tries || RIVAL_SHARE * num_shared < most_shared {
                 break;
@@ -96,9 +98,11 @@ impl Relocator {
                 if is_doubting { map.keyframe(id).landmarks.len() as u32 / 2 } else { NEIGHBORS_SHARE };
             let near = connected.iter().filter(|(_, num)| *num >= share);
             near.for_each(|(near, _)| is_tried[near.index()] = true);
-            let searched = map.with_active(map.keyframe(id).map);
+            let active = map.keyframe(id).map;
+            let same = searched.take().filter(|searched| searched.active() == active);
+            let searched = &*searched.insert(same.unwrap_or_else(|| map.with_active(active)));
             let proposed =
-                self.locator.propose(&searched, (id, &connected), (&view, listed.as_ref()), work.rng);
+                self.locator.propose(searched, (id, &connected), (&view, listed.as_ref()), work.rng);
             // Where it is found already it need not be looked for again.
             let is_known = |proposal: &ProposedPlace| {
                 let there = (searched.active(), &proposal.pose);
@@ -107,7 +111,7 @@ impl Relocator {
             if is_doubting && proposed.as_ref().is_ok_and(is_known) {
                 continue;
             }
-            match proposed.and_then(|proposal| self.locator.confirm(&searched, proposal, incoming, work)) {
+            match proposed.and_then(|proposal| self.locator.confirm(searched, proposal, incoming, work)) {
                 Ok(located) => {
                     if is_doubting {
                         most_shared = most_shared.max(num_shared);

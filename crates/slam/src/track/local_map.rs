@@ -60,12 +60,15 @@ fn nearby(
     let axis = world_from_camera.rotation().column(2).into_owned();
     let mut near: Vec<(f64, KeyframeId)> = map
         .keyframes()
-        .filter(|(id, _)| !listed.contains(id))
         .filter_map(|(id, keyframe)| {
             let distance = (keyframe.center_in_world() - center).norm();
+            // Of a large map most are far away, and no more of them is looked at.
+            Some((id, keyframe, distance)).filter(|_| distance < 0.5 * scene_depth)
+        })
+        .filter_map(|(id, keyframe, distance)| {
             let cos = keyframe.camera_from_world().rotation().row(2).transpose().dot(&axis);
-            (distance < 0.5 * scene_depth && cos > 0.8)
-                .then_some((distance / scene_depth + 2.0 * (1.0 - cos), id))
+            let is_wanted = cos > 0.8 && !listed.contains(&id);
+            is_wanted.then_some((distance / scene_depth + 2.0 * (1.0 - cos), id))
         })
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
