@@ -111,10 +111,14 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
     let is_outlier = |bundle: &Bundle, o: &BundleObservation| {
         bundle.residual(o).is_none_or(|error| error.norm_squared() > CHI2)
     };
-    let dropped: Vec<BundleObservation> =
-        bundle.observations.iter().filter(|o| is_outlier(&bundle, o)).copied().collect();
-    let kept = bundle.observations.iter().filter(|o| !is_outlier(&bundle, o)).copied().collect();
-    bundle.observations = kept;
+    let mut observations = std::mem::take(&mut bundle.observations);
+    let mut dropped: Vec<BundleObservation> = Vec::new();
+    observations.retain(|observation| {
+        let is_outlier = is_outlier(&bundle, observation);
+        dropped.extend(is_outlier.then_some(*observation));
+        !is_outlier
+    });
+    bundle.observations = observations;
     bundle.solve(&settings(config.bundle_last_iterations));
     for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
         map.set_pose(*id, bundle.cameras[i]);
