@@ -235,6 +235,24 @@ impl Slam {
 
     /// Waits until the mapper has done all its work. Maps whose unit of length is known by odometry are in meters afterwards.
     pub fn finish(&mut self) -> Vec<Mapped> {
+        let mapped = self.wait();
+        self.front_end.make_metric();
+        mapped
+    }
+
+    /// As [`Slam::finish`], once no more images come: each keyframe is linked to all landmarks that it shows, and each map of up to 200 keyframes
+    /// is adjusted as a whole, which takes a second for the largest. A fixed map stays as it is.
+    pub fn complete(&mut self) -> Vec<Mapped> {
+        let mapped = self.wait();
+        let order = self.front_end.completion();
+        self.hand_over(order);
+        self.wait();
+        self.front_end.make_metric();
+        mapped
+    }
+
+    /// Waits for the mapper.
+    fn wait(&mut self) -> Vec<Mapped> {
         let mut mapped = self.collect();
         if let Mapping::There { worker, waiting, .. } = &mut self.mapping {
             let mut updates = worker.finish();
@@ -245,7 +263,6 @@ impl Slam {
             }
             mapped.extend(updates.into_iter().filter_map(|update| self.front_end.apply(update)));
         }
-        self.front_end.make_metric();
         mapped
     }
 

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let outcome = slam.add_frame(frame.at, frame.image)?;
         println!("{}: {:?}", frame.at, outcome.state);
     }
-    slam.finish();
+    slam.complete();
     for pose in slam.trajectory() {
         println!("{}: {:.3?}", pose.at, pose.world_from_camera.translation().as_slice());
     }

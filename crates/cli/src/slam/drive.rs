@@ -218,7 +218,7 @@ pub fn run(
         progress.advance();
     }
     progress.clear();
-    history.add_mapped(num_before, &slam.finish());
+    history.add_mapped(num_before, &slam.complete());
     let maps = ways_by_map(&slam);
     let trajectory = maps.first().map(|way| way.trajectory.clone()).unwrap_or_default();
     let map = slam.map().with_active(maps.first().map_or(slam.map().active(), |way| way.map));

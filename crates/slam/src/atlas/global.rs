@@ -2,13 +2,11 @@
 
 use crate::{
     map::{Correction, KeyframeId, Map, MapId},
-    mapping::WholeAdjustment,
+    mapping::{MOST_KEYFRAMES, WholeAdjustment},
 };
 
 /// Steps of the adjustment.
 const MOST_STEPS: usize = 15;
-/// Keyframes of a map from which on it is too large to be adjusted as a whole: time and memory of a step grow with their square.
-const MOST_KEYFRAMES: usize = 200;
 
 /// An adjustment under way. It works on a copy, and new keyframes follow what it does to the old ones.
 #[derive(Debug)]

@@ -21,7 +21,7 @@ use crate::{
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, TrajectoryPose},
     recognize::Relocator,
-    schedule::Order,
+    schedule::{Job, Order},
     start::Initializer,
     timing::StageTimer,
     track::{Incoming, Tracker},
@@ -193,6 +193,11 @@ impl FrontEnd {
         };
         outcome.tracking = timer.finish();
         Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock.clone(), job })))
+    }
+
+    /// What the mapper does when no more images come.
+    pub fn completion(&self) -> Order {
+        Order { epoch: self.epoch, clock: self.clock.clone(), job: Job::Complete }
     }
 
     fn check_frame(&self, at: Timestamp, image: &GrayImage) -> Result<(), FrameError> {

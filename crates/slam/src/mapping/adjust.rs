@@ -59,6 +59,8 @@ pub struct WholeAdjustment {
     last_cost: Option<f64>,
 }
 
+/// Keyframes of a map from which on it is too large to be adjusted as a whole: time and memory of a step grow with their square.
+pub(crate) const MOST_KEYFRAMES: usize = 200;
 /// Gain of a step, share of the cost, below which more steps are of no use.
 const LEAST_GAIN: f64 = 1e-5;
 

@@ -35,8 +35,8 @@ pub struct MappingReport {
 /// Makes keyframes and landmarks.
 #[derive(Debug, Clone)]
 pub struct Mapper {
-    camera: Camera,
-    config: SlamConfig,
+    pub(super) camera: Camera,
+    pub(super) config: SlamConfig,
     candidates: Vec<LandmarkId>,
     lens: LensEstimator,
 }
@@ -145,7 +145,8 @@ impl Mapper {
         for feature in &frame.features {
             map.add_observation(feature.landmark, feature.in_keyframe(id));
         }
-        self.link_local(map, id, frame, local);
+        // Tracking had no need of all of them.
+        self.link(map, id, &self.matcher(&frame.pyramid, frame.camera_from_world), local);
         timer.end("link points");
         let mut report = self.add_frame(map, frame);
         timer.end("update points");
@@ -170,7 +171,7 @@ impl Mapper {
         report
     }
 
-    fn matcher<'a>(
+    pub(super) fn matcher<'a>(
         &'a self,
         pyramid: &'a crate::image::Pyramid,
         camera_from_world: crate::lie::CameraFromWorld,
@@ -186,15 +187,20 @@ impl Mapper {
         }
     }
 
-    /// Looks in the keyframe for landmarks of the local map that tracking had no need of.
-    fn link_local(&self, map: &mut Map, id: KeyframeId, frame: &Frame, local: &[LandmarkId]) {
-        let matcher = self.matcher(&frame.pyramid, frame.camera_from_world);
-        for landmark_id in local {
+    /// Looks in a keyframe for landmarks that it is not linked to.
+    pub(super) fn link(
+        &self,
+        map: &mut Map,
+        id: KeyframeId,
+        matcher: &Matcher<'_>,
+        landmarks: &[LandmarkId],
+    ) {
+        for landmark_id in landmarks {
             let landmark = map.landmark(*landmark_id);
             if !landmark.is_converged() || landmark.observation_in(id).is_some() {
                 continue;
             }
-            let Some(observation) = self.observe(map, *landmark_id, id, &matcher) else { continue };
+            let Some(observation) = self.observe(map, *landmark_id, id, matcher) else { continue };
             map.add_observation(*landmark_id, observation);
         }
     }

@@ -2,6 +2,7 @@
 
 mod adjust;
 mod candidate;
+mod complete;
 mod cull;
 mod depth_filter;
 mod epipolar;
@@ -11,6 +12,7 @@ mod keyframes;
 mod lens;
 mod mapper;
 
+pub(crate) use adjust::MOST_KEYFRAMES;
 pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use cull::{Thinned, thin};

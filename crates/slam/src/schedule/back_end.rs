@@ -59,6 +59,11 @@ impl BackEnd {
                 self.recognizer.forget();
                 (CameraFromWorld::identity(), usize::MAX, MappingReport::default())
             }
+            Job::Complete => {
+                self.mapper.complete(&mut self.map);
+                self.recognizer.start_from(self.mapper.camera());
+                (CameraFromWorld::identity(), 0, MappingReport::default())
+            }
             Job::Frame(job) => {
                 let (pose, frame) = (job.report.frame.camera_from_world, job.report.frame.number);
                 (pose, frame, self.use_frame(*job, &mut timer))

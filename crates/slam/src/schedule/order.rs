@@ -25,7 +25,7 @@ impl Order {
     /// Whether tracking relies on it being done.
     pub fn must_be_done(&self) -> bool {
         match &self.job {
-            Job::Adopt { .. } | Job::GiveUp(_) => true,
+            Job::Adopt { .. } | Job::GiveUp(_) | Job::Complete => true,
             Job::Frame(job) => job.makes_keyframe,
         }
     }
@@ -43,6 +43,8 @@ pub(crate) enum Job {
     },
     /// Take out a map that was started wrongly.
     GiveUp(MapId),
+    /// Bring the maps to their end: no more images come.
+    Complete,
     /// Use a tracked frame.
     Frame(Box<FrameJob>),
 }

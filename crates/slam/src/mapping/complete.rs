@@ -1,0 +1,44 @@
+//! What is done once no more images come.
+
+use visloc_core::geom::Camera;
+
+use super::{MOST_KEYFRAMES, Mapper, adjust_all};
+use crate::{
+    map::{KeyframeId, Map},
+    track::{Matcher, collect_local_map, focal_px},
+};
+
+impl Mapper {
+    /// Brings each map to its end: links its keyframes to all landmarks that they show, and adjusts it as a whole. While it grows a landmark is
+    /// looked for in the few keyframes around its host only, and what a later visit shows again hardly in those of the earlier one. Nothing is
+    /// done to fixed maps, and to those that are too large to be adjusted as a whole.
+    pub fn complete(&self, map: &mut Map) {
+        if map.has_fixed() || !self.config.mapping.adjust_bundles {
+            return;
+        }
+        let active = map.active();
+        for id in map.maps() {
+            map.activate(id);
+            let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+            if ids.len() <= MOST_KEYFRAMES {
+                let adjust = |map: &mut Map| adjust_all(map, &self.config.mapping, focal_px(&self.camera));
+                // Landmarks are looked for where they should be.
+                adjust(map);
+                ids.iter().for_each(|id| self.link_all(map, *id));
+                adjust(map);
+            }
+        }
+        map.activate(active);
+    }
+
+    /// Looks in a keyframe for all landmarks around it.
+    fn link_all(&self, map: &mut Map, id: KeyframeId) {
+        let keyframe = map.keyframe(id);
+        let (Some(pyramid), Some(depth)) = (keyframe.pyramid(), map.depth_of(id)) else { return };
+        let (camera, pose): (Camera, _) = (*keyframe.camera(&self.camera), *keyframe.camera_from_world());
+        let most = self.config.tracking.max_local_keyframes;
+        let local = collect_local_map(map, &keyframe.landmarks, &pose, depth, most);
+        let matcher = Matcher { camera: &camera, ..self.matcher(&pyramid, pose) };
+        self.link(map, id, &matcher, &local.landmarks);
+    }
+}
