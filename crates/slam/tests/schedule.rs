@@ -70,6 +70,25 @@ fn a_thread_that_is_waited_for_gives_the_bits_of_the_sequence() {
     }
 }
 
+#[test]
+fn when_no_more_images_come_keyframes_are_linked_to_all_that_they_show() {
+    let completed = |schedule| {
+        let mut slam = run("sdvl", schedule, Wait::EveryFrame);
+        let num_linked =
+            |slam: &Slam| slam.map().landmarks().map(|(_, l)| l.observations.len()).sum::<usize>();
+        let before = num_linked(&slam);
+        slam.complete();
+        slam.map().check().unwrap();
+        assert!(num_linked(&slam) > before, "{} of {before}", num_linked(&slam));
+        slam
+    };
+    let slam = completed(Schedule::Sequential);
+    let truth = read_camera_trajectory(&folder().join("groundtruth.txt")).unwrap();
+    let pairs = associate(&truth, &trajectory(&slam), 0.01);
+    assert!(absolute_error(&pairs, Alignment::Similarity).unwrap().statistics.rmse < 0.02);
+    assert_eq!(bits(&slam), bits(&completed(Schedule::Threaded)));
+}
+
 /// Frames come as fast as tracking takes them, much faster than a camera: the hardest case for the queues.
 fn threaded_runs(num: usize) {
     let truth = read_camera_trajectory(&folder().join("groundtruth.txt")).unwrap();

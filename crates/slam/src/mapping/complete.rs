@@ -37,8 +37,9 @@ impl Mapper {
         let (Some(pyramid), Some(depth)) = (keyframe.pyramid(), map.depth_of(id)) else { return };
         let (camera, pose): (Camera, _) = (*keyframe.camera(&self.camera), *keyframe.camera_from_world());
         let most = self.config.tracking.max_local_keyframes;
-        let local = collect_local_map(map, &keyframe.landmarks, &pose, depth, most);
+        let mut landmarks = collect_local_map(map, &keyframe.landmarks, &pose, depth, most).landmarks;
         let matcher = Matcher { camera: &camera, ..self.matcher(&pyramid, pose) };
-        self.link(map, id, &matcher, &local.landmarks);
+        landmarks.retain(|id| matcher.sees_alike(map, map.landmark(*id)));
+        self.link(map, id, &matcher, &landmarks);
     }
 }

@@ -14,7 +14,7 @@ use visloc_core::{
     median,
 };
 
-use super::adjust::{adjust_all, collect};
+use super::adjust::{CHI2, adjust_all, collect};
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
@@ -43,9 +43,6 @@ const MOST_KEYFRAMES: usize = 120;
 /// Least gain in squared residuals for which the calibration is taken to be wrong, in units of what is usual for one landmark: the errors of a
 /// landmark in several keyframes are alike, so that each landmark counts once.
 const LEAST_GAIN: f64 = 15.0;
-
-/// Residual in standard deviations from which on the cost is linear.
-const HUBER: f64 = 2.45;
 
 /// Keeps a map and the lens that it was seen through in agreement.
 #[derive(Debug, Clone)]
@@ -151,7 +148,7 @@ fn estimate(
     let ray_by_change = derivatives(&bundle, camera, &px)?;
     let mut plain = bundle.clone();
     bundle.lens = Some(BundleLens { change: 0.0, expected, sigma, ray_by_change });
-    let settings = BundleSettings { max_iterations: 10, huber: HUBER };
+    let settings = BundleSettings { max_iterations: 10, huber: CHI2.sqrt() };
     let cost = plain.solve(&settings).last_cost;
     let gain = cost - bundle.solve(&settings).last_cost;
     let usual = cost / bundle.points.len().max(1) as f64;
