@@ -84,10 +84,10 @@ impl Slam {
         py.detach(add).map(SlamOutcome).map_err(refused)
     }
 
-    /// Waits until everything is mapped.
+    /// Waits until everything is mapped and adjusts the maps as a whole: no more images come.
     fn finish(&self, py: Python<'_>) {
         let slam = &self.0;
-        py.detach(|| drop(locked(slam).finish()));
+        py.detach(|| drop(locked(slam).complete()));
     }
 
     /// Final poses: `(seconds, world_from_camera)`, of one map or of all.

@@ -244,7 +244,7 @@ class Slam:
     def add_image(self, at_s: float, image: NDArray[np.uint8]) -> SlamOutcome:
         """Takes in an image of the camera's size; images come in the order of time. Other threads of Python run meanwhile."""
     def finish(self) -> None:
-        """Waits until everything is mapped."""
+        """Waits until everything is mapped and adjusts the maps as a whole: no more images come."""
     def trajectory(self, map: int | None = None) -> list[tuple[float, NDArray[np.float64]]]:
         """Final poses: seconds and ``world_from_camera`` (4, 4), in units of the map.
 

@@ -240,8 +240,8 @@ impl Slam {
         mapped
     }
 
-    /// As [`Slam::finish`], once no more images come: each keyframe is linked to all landmarks that it shows, and each map of up to 200 keyframes
-    /// is adjusted as a whole, which takes a second for the largest. A fixed map stays as it is.
+    /// As [`Slam::finish`], once no more images come: each keyframe is linked to all landmarks that it shows, and each map of up to 400 keyframes
+    /// is adjusted as a whole, which takes some seconds for the largest. Fixed maps stay as they are.
     pub fn complete(&mut self) -> Vec<Mapped> {
         let mapped = self.wait();
         let order = self.front_end.completion();

@@ -96,6 +96,7 @@ pub(super) fn follow(
             watch.look(frame.at, is_covered, &outcome);
         }
     }
+    slam.complete();
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });

@@ -42,13 +42,29 @@ pub fn adjust_local(
     let mut free = vec![newest];
     let connected = map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1);
     free.extend(connected.filter(|id| !map.is_fixed(*id)));
-    adjust(map, &free, config, focal_px)
+    adjust(map, collect(map, &free, focal_px), config)
 }
 
 /// Adjusts all keyframes and landmarks but the first keyframe.
 pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
     let free: Vec<KeyframeId> = map.free_keyframes().map(|(id, _)| id).collect();
-    adjust(map, &free, config, focal_px)
+    adjust(map, collect(map, &free, focal_px), config)
+}
+
+/// As [`adjust_all`], for a map that has been adjusted all along: what neighbors have moved between each other is known. Their views err alike, which
+/// no covariance tells, so that the way would break where least of it is known, as where the camera was lost.
+pub fn adjust_way(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
+    let free: Vec<KeyframeId> = map.free_keyframes().map(|(id, _)| id).collect();
+    let (mut bundle, index) = collect(map, &free, focal_px);
+    for (i, pair) in bundle.cameras[..free.len()].windows(2).enumerate() {
+        let depth = map.depth_of(free[i]).unwrap_or(1.0);
+        bundle.motions.push(BundleMotion {
+            cameras: (i, i + 1),
+            second_from_first: pair[1] * pair[0].inverse(),
+            deviations: (2.0 * NEIGHBOR_SIGMA * depth, 0.5 * NEIGHBOR_SIGMA),
+        });
+    }
+    adjust(map, (bundle, index), config)
 }
 
 /// Adjusts a copy of a whole map step by step, while the map goes on.
@@ -106,8 +122,7 @@ impl WholeAdjustment {
     }
 }
 
-fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: f64) -> AdjustReport {
-    let (mut bundle, index) = collect(map, free, focal_px);
+fn adjust(map: &mut Map, (mut bundle, index): (Bundle, Index), config: &MappingConfig) -> AdjustReport {
     let settings = |max_iterations| BundleSettings { max_iterations, huber: CHI2.sqrt() };
     bundle.solve(&settings(config.bundle_first_iterations));
     let is_outlier = |bundle: &Bundle, o: &BundleObservation| {
@@ -136,7 +151,8 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
             map.remove_observation(index.landmarks[observation.point], index.keyframes[observation.camera]);
         }
     }
-    AdjustReport { num_free: free.len(), num_points: index.landmarks.len(), num_dropped }
+    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
+    AdjustReport { num_free, num_points: index.landmarks.len(), num_dropped }
 }
 
 pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
@@ -198,8 +214,9 @@ fn focal_of(map: &Map, keyframe: KeyframeId, own_focal_px: f64) -> f64 {
     map.keyframe(keyframe).foreign.as_ref().map_or(own_focal_px, |foreign| focal_px(&foreign.camera))
 }
 
-/// Distance of two keyframes between which the camera only turned, share of the depth of the scene.
-const TURN_SIGMA: f64 = 0.001;
+/// Distance of two keyframes between which the camera only turned, share of the depth of the scene. Once a map is complete twice as much is the error of
+/// how far neighbors have moved, and half as many radians that of their turn, which landmarks far away tell better.
+const NEIGHBOR_SIGMA: f64 = 0.001;
 
 /// A bundle while it is collected.
 struct Collection<'a> {
@@ -236,7 +253,7 @@ impl Collection<'_> {
         for (id, _) in map.keyframes() {
             let Some(other) = map.turned_from(id) else { continue };
             let Some(cameras) = self.pair(id, other) else { continue };
-            let sigma = TURN_SIGMA * map.depth_of(other).or_else(|| map.depth_of(id)).unwrap_or(1.0);
+            let sigma = NEIGHBOR_SIGMA * map.depth_of(other).or_else(|| map.depth_of(id)).unwrap_or(1.0);
             self.bundle.ties.push(BundleTie { cameras, sigma });
         }
     }

@@ -1,8 +1,6 @@
 //! What is done once no more images come.
 
-use visloc_core::geom::Camera;
-
-use super::{MOST_KEYFRAMES, Mapper, adjust_all};
+use super::{MOST_KEYFRAMES, Mapper, adjust_way};
 use crate::{
     map::{KeyframeId, Map},
     track::{Matcher, collect_local_map, focal_px},
@@ -20,22 +18,24 @@ impl Mapper {
         for id in map.maps() {
             map.activate(id);
             let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
-            if ids.len() <= MOST_KEYFRAMES {
-                let adjust = |map: &mut Map| adjust_all(map, &self.config.mapping, focal_px(&self.camera));
-                // Landmarks are looked for where they should be.
+            if ids.len() <= 2 * MOST_KEYFRAMES {
+                let adjust = |map: &mut Map| adjust_way(map, &self.config.mapping, focal_px(&self.camera));
+                // Landmarks are found near where they should be only, so the first round brings the second one nearer.
                 adjust(map);
-                ids.iter().for_each(|id| self.link_all(map, *id));
-                adjust(map);
+                for _ in 0..2 {
+                    ids.iter().for_each(|id| self.link_all(map, *id));
+                    adjust(map);
+                }
             }
         }
         map.activate(active);
     }
 
-    /// Looks in a keyframe for all landmarks around it.
+    /// Looks in a keyframe for all landmarks around it that others see from nearly the same direction.
     fn link_all(&self, map: &mut Map, id: KeyframeId) {
         let keyframe = map.keyframe(id);
         let (Some(pyramid), Some(depth)) = (keyframe.pyramid(), map.depth_of(id)) else { return };
-        let (camera, pose): (Camera, _) = (*keyframe.camera(&self.camera), *keyframe.camera_from_world());
+        let (camera, pose) = (*keyframe.camera(&self.camera), *keyframe.camera_from_world());
         let most = self.config.tracking.max_local_keyframes;
         let mut landmarks = collect_local_map(map, &keyframe.landmarks, &pose, depth, most).landmarks;
         let matcher = Matcher { camera: &camera, ..self.matcher(&pyramid, pose) };

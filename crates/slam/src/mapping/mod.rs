@@ -13,7 +13,7 @@ mod lens;
 mod mapper;
 
 pub(crate) use adjust::MOST_KEYFRAMES;
-pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};
+pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local, adjust_way};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use cull::{Thinned, thin};
 pub use depth_filter::DepthFilter;
