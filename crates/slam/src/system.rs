@@ -240,8 +240,8 @@ impl Slam {
         mapped
     }
 
-    /// As [`Slam::finish`], once no more images come: each keyframe is linked to all landmarks that it shows, and each map of up to 400 keyframes
-    /// is adjusted as a whole, which takes some seconds for the largest. Fixed maps stay as they are.
+    /// As [`Slam::finish`], once no more images come. In each map of up to 400 keyframes with places that were visited again, keyframes are linked
+    /// to all landmarks that they show, and the whole is adjusted, which takes some seconds for the largest. Fixed maps stay as they are.
     pub fn complete(&mut self) -> Vec<Mapped> {
         let mapped = self.wait();
         let order = self.front_end.completion();

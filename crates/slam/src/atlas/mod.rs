@@ -15,4 +15,5 @@ pub use meeting::Meeting;
 pub use merge::{Apart, Merged, merge};
 pub use pose_graph::{PoseGraph, PoseGraphEdge};
 pub use recognizer::Recognizer;
+pub(crate) use revisit::was_seen_again;
 pub use visloc_core::geom::Similarity;

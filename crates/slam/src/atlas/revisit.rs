@@ -51,6 +51,11 @@ impl Revisit {
     }
 }
 
+/// Whether a place of the map that is tracked was visited again.
+pub fn was_seen_again(map: &Map) -> bool {
+    map.keyframes().any(|(id, _)| earlier_visit(map, id).is_some())
+}
+
 /// The newest keyframe of an earlier visit that shares landmarks with a keyframe.
 fn earlier_visit(map: &Map, keyframe: KeyframeId) -> Option<KeyframeId> {
     let began = visit_began(map, keyframe);

@@ -7,28 +7,21 @@ use crate::{
 };
 
 impl Mapper {
-    /// Brings each map to its end: links its keyframes to all landmarks that they show, and adjusts it as a whole. While it grows a landmark is
-    /// looked for in the few keyframes around its host only, and what a later visit shows again hardly in those of the earlier one. Nothing is
-    /// done to fixed maps, and to those that are too large to be adjusted as a whole.
+    /// Brings the map that is tracked to its end: links its keyframes to all landmarks that they show, and adjusts it as a whole. While it grows a
+    /// landmark is looked for in the few keyframes around its host only, and what a later visit shows again hardly in those of the earlier one.
+    /// Nothing is done to a fixed map, and to one that is too large to be adjusted as a whole.
     pub fn complete(&self, map: &mut Map) {
-        if map.has_fixed() || !self.config.mapping.adjust_bundles {
+        let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+        if map.has_fixed() || !self.config.mapping.adjust_bundles || ids.len() > 2 * MOST_KEYFRAMES {
             return;
         }
-        let active = map.active();
-        for id in map.maps() {
-            map.activate(id);
-            let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
-            if ids.len() <= 2 * MOST_KEYFRAMES {
-                let adjust = |map: &mut Map| adjust_way(map, &self.config.mapping, focal_px(&self.camera));
-                // Landmarks are found near where they should be only, so the first round brings the second one nearer.
-                adjust(map);
-                for _ in 0..2 {
-                    ids.iter().for_each(|id| self.link_all(map, *id));
-                    adjust(map);
-                }
-            }
+        let adjust = |map: &mut Map| adjust_way(map, &self.config.mapping, focal_px(&self.camera));
+        // Landmarks are found near where they should be only, so the first round brings the second one nearer.
+        adjust(map);
+        for _ in 0..2 {
+            ids.iter().for_each(|id| self.link_all(map, *id));
+            adjust(map);
         }
-        map.activate(active);
     }
 
     /// Looks in a keyframe for all landmarks around it that others see from nearly the same direction.

@@ -4,7 +4,7 @@ use visloc_core::geom::Camera;
 
 use super::{FrameJob, Job, Order, Update};
 use crate::{
-    atlas::Recognizer,
+    atlas::{Recognizer, was_seen_again},
     config::SlamConfig,
     lie::CameraFromWorld,
     map::{Map, SessionCamera, scaled},
@@ -60,8 +60,7 @@ impl BackEnd {
                 (CameraFromWorld::identity(), usize::MAX, MappingReport::default())
             }
             Job::Complete => {
-                self.mapper.complete(&mut self.map);
-                self.recognizer.start_from(self.mapper.camera());
+                self.complete();
                 (CameraFromWorld::identity(), 0, MappingReport::default())
             }
             Job::Frame(job) => {
@@ -79,6 +78,19 @@ impl BackEnd {
         let mapped = Mapped { frame, report, meeting, times: timer.finish() };
         let (camera, map) = (*self.mapper.camera(), self.map.clone());
         Update { epoch, camera, map, camera_from_world, has_moved, was_awaited, mapped }
+    }
+
+    /// Completes the maps with places that were visited again. Elsewhere adjustments on the way have had all that there is.
+    fn complete(&mut self) {
+        let active = self.map.active();
+        for map in self.map.maps() {
+            self.map.activate(map);
+            if was_seen_again(&self.map) {
+                self.mapper.complete(&mut self.map);
+            }
+        }
+        self.map.activate(active);
+        self.recognizer.start_from(self.mapper.camera());
     }
 
     fn adopt(&mut self, started: &StartedMap, is_only: bool) {
