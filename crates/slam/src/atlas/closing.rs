@@ -2,7 +2,7 @@
 
 use super::{PoseGraph, PoseGraphEdge, Similarity, certainty, sighting::Sighting};
 use crate::{
-    map::{Correction, Crossing, KeyframeId, Map},
+    map::{Correction, Crossing, KeyframeId, Map, MapId, Standing},
     recognize::Refusal,
 };
 
@@ -38,7 +38,7 @@ pub fn bend(map: &Map, sighting: &Sighting) -> Result<Bend, Refusal> {
     let own = map.keyframe(sighting.keyframe).camera_from_world();
     let there = sighting.pose_there;
     let shift = (own.inverse().translation() - there.inverse().translation()).norm();
-    let way = way_between(map, sighting.around, sighting.keyframe).max(1e-9);
+    let way = way_between(map, map.active(), (sighting.around, sighting.keyframe)).max(1e-9);
     let turn_deg = (*own * there.inverse()).rotation_angle_rad().to_degrees();
     let (drift, scale) = (shift / way, sighting.old_from_new.scale);
     let is_plausible =
@@ -50,12 +50,50 @@ pub fn bend(map: &Map, sighting: &Sighting) -> Result<Bend, Refusal> {
     }
 }
 
-/// Length of the way from one keyframe to another, map units.
-fn way_between(map: &Map, first: KeyframeId, last: KeyframeId) -> f64 {
+/// Whether two maps still meet where the camera was lost between them if a sighting joins them. That closes a loop over the frames that both
+/// know, and may bend it no farther than a loop within one map, beside what such a frame does not tell of its place. Doors and walls that look the
+/// same from both ends of a corridor are told apart by that.
+///
+/// # Errors
+/// If all of these frames say that they would not.
+pub fn meet_where_lost(map: &Map, sighting: &Sighting) -> Result<(), Refusal> {
+    let other = map.keyframe(sighting.around).map;
+    let mut apart = Ok(());
+    for sides in map.crossings_to(other).filter(|_| other != map.active()) {
+        apart = meet_across(map, sighting, &sides);
+        if apart.is_ok() {
+            break;
+        }
+    }
+    apart
+}
+
+/// The same for one frame that both maps know: where it is in the other one, and in the active one.
+fn meet_across(map: &Map, sighting: &Sighting, (there, here): &(Standing, Standing)) -> Result<(), Refusal> {
+    let old_from_new = &sighting.old_from_new;
+    let pose = |side: &Standing| side.camera_from_keyframe * map.pose_of(side.keyframe);
+    let (old, new) = (pose(there), old_from_new.pose(&pose(here)));
+    let shift = (old.inverse().translation() - new.inverse().translation()).norm();
+    let turn_deg = (old * new.inverse()).rotation_angle_rad().to_degrees();
+    let way_there = way_between(map, map.keyframe(sighting.around).map, (sighting.around, there.keyframe));
+    let way_here = way_between(map, map.active(), (here.keyframe, sighting.keyframe));
+    // A way that has just begun is as long as its landmarks are far, as for sightings that agree.
+    let way = way_there + way_here * old_from_new.scale + sighting.depth;
+    let variance = |side: &Standing| side.covariance.diagonal().xyz().sum();
+    let sigma = (variance(there) + variance(here) * old_from_new.scale.powi(2)).sqrt();
+    if shift < MOST_DRIFT * way + 2.0 * sigma && turn_deg < MOST_TURN_DEG {
+        Ok(())
+    } else {
+        Err(Refusal::Torn { drift: shift / way, turn_deg })
+    }
+}
+
+/// Length of the way from one keyframe of a map to another, map units.
+fn way_between(map: &Map, of_map: MapId, (first, last): (KeyframeId, KeyframeId)) -> f64 {
     let (first, last) = (first.min(last), first.max(last));
     let centers: Vec<_> = map
-        .keyframes()
-        .filter(|(id, _)| (first..=last).contains(id))
+        .all_keyframes()
+        .filter(|(id, keyframe)| keyframe.map == of_map && (first..=last).contains(id))
         .map(|(_, keyframe)| *keyframe.center_in_world())
         .collect();
     centers.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
@@ -193,6 +231,56 @@ mod tests {
         );
         assert!(reason.to_string().contains("20 %"), "{reason}");
         assert!(bend(&map, &sighting(&map, at(9.5 - 0.4))).is_ok());
+    }
+
+    #[test]
+    fn what_looks_alike_the_other_way_round_does_not_join_maps_that_the_camera_was_lost_between() {
+        // The second part of the corridor is a map of its own, in units of 2 m.
+        let truth: Vec<CameraFromWorld> = (0..20).map(|i| at(0.5 * f64::from(i))).collect();
+        let halved =
+            |pose: &CameraFromWorld| CameraFromWorld::new(Rotation3::identity(), 0.5 * pose.translation());
+        let mut map = Map::new();
+        map.append(&way(&truth[..12]));
+        map.append(&way(&truth[12..].iter().map(halved).collect::<Vec<_>>()));
+        let found = |map: &Map, pose_there: CameraFromWorld| {
+            let own = map.keyframe(KeyframeId(19)).camera_from_world();
+            let old_from_new = Similarity::between(own, &pose_there, 2.0);
+            Sighting { old_from_new, ..sighting(map, pose_there) }
+        };
+        let turned = Rotation3::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI);
+        let turned = CameraFromWorld::new(turned, -(turned * Vector3::new(9.5, 0.0, 0.0)));
+        assert!(meet_where_lost(&map, &found(&map, turned)).is_ok(), "nothing is known of the loss");
+
+        let between = at(5.75);
+        let standing = |map: &Map, id: u32, pose: &CameraFromWorld| Standing {
+            keyframe: KeyframeId(id),
+            camera_from_keyframe: *pose * map.pose_of(KeyframeId(id)).inverse(),
+            scale: 1.0,
+            // 2 cm and half a degree.
+            covariance: Matrix6::from_diagonal(&Vector6::new(4e-4, 4e-4, 4e-4, 8e-5, 8e-5, 8e-5)),
+        };
+        let (before, after) = (standing(&map, 11, &between), standing(&map, 12, &halved(&between)));
+        map.add_crossing(Crossing { before, after });
+        assert!(meet_where_lost(&map, &found(&map, at(9.5 - 0.4))).is_ok());
+        let reason = meet_where_lost(&map, &found(&map, turned)).unwrap_err();
+        assert!(reason.to_string().contains("180 degrees"), "{reason}");
+        // The next door, 1.9 m of 11: the way, and how far off its landmarks are.
+        let reason = meet_where_lost(&map, &found(&map, at(9.5 - 1.9))).unwrap_err();
+        assert!(
+            matches!(reason, Refusal::Torn { drift, .. } if (drift - 1.9 / 11.0).abs() < 1e-9),
+            "{reason}"
+        );
+
+        // Whichever of the maps is tracked.
+        map.activate(MapId(0));
+        let back = Sighting { keyframe: KeyframeId(0), around: KeyframeId(19), ..found(&map, at(0.0)) };
+        let joined_at = |pose_there: CameraFromWorld| Sighting {
+            old_from_new: Similarity::between(&at(0.0), &pose_there, 0.5),
+            pose_there,
+            ..back.clone()
+        };
+        assert!(meet_where_lost(&map, &joined_at(at(0.0))).is_ok());
+        assert!(matches!(meet_where_lost(&map, &joined_at(turned)), Err(Refusal::Torn { .. })));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use visloc_core::{Clock, Rng, RngTree, geom::Camera};
 
 use super::{
     Meeting,
-    closing::{bend, spread},
+    closing::{bend, meet_where_lost, spread},
     global::GlobalAdjustment,
     revisit::{Revisit, RevisitStep, visit_began},
     sighting::Sighting,
@@ -297,7 +297,9 @@ impl Recognizer {
                 self.locator.locate(&searched, around, (view, &incoming), &mut work)?
             }
         };
-        Sighting::new(map, keyframe, &located)
+        let sighting = Sighting::new(map, keyframe, &located)?;
+        meet_where_lost(map, &sighting)?;
+        Ok(sighting)
     }
 }
 

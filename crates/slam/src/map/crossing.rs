@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 use visloc_core::geom::{CameraFrame, Rigid3};
 
-use super::{KeyframeId, Map};
+use super::{KeyframeId, Map, MapId};
 
 /// Where a frame is in one map.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +59,15 @@ impl Map {
     #[must_use]
     pub(crate) fn begins_between(&self, earlier: KeyframeId, later: KeyframeId) -> bool {
         self.crossings.iter().any(|crossing| (earlier.0 + 1..=later.0).contains(&crossing.after.keyframe.0))
+    }
+
+    /// Frames that another map and the active one know, where they are in either: in units of now, and on keyframes that are still there.
+    pub(crate) fn crossings_to(&self, other: MapId) -> impl Iterator<Item = (Standing, Standing)> {
+        let sides = self.crossings.iter().flat_map(|c| [(c.before, c.after), (c.after, c.before)]);
+        let is_of = |side: &Standing, map: MapId| self.map_of(side.keyframe) == Some(map);
+        sides
+            .filter(move |(there, here)| is_of(there, other) && is_of(here, self.active))
+            .map(|(there, here)| (there.now(self), here.now(self)))
     }
 
     /// Frames that are known by two parts of the map that is active, which were maps of their own: in units of now, and on keyframes that

@@ -46,11 +46,22 @@ pub enum Refusal {
         /// Ratio of the scales.
         scale: f64,
     },
+    /// Where the camera was lost between both maps, joining them would tear its way apart.
+    Torn {
+        /// Distance between both ends, share of the way since the earlier place.
+        drift: f64,
+        /// Turn between both, degrees.
+        turn_deg: f64,
+    },
     /// Other keyframes around do not agree.
     NotConsistent {
         /// How many agree.
         num: usize,
     },
+}
+
+fn percent(share: f64) -> f64 {
+    100.0 * share
 }
 
 impl fmt::Display for Refusal {
@@ -64,7 +75,12 @@ impl fmt::Display for Refusal {
             Self::Implausible { drift, turn_deg, scale } => write!(
                 f,
                 "drift of {:.0} % of the way, {turn_deg:.0} degrees and a scale of {scale:.2} is not plausible",
-                100.0 * drift
+                percent(*drift)
+            ),
+            Self::Torn { drift, turn_deg } => write!(
+                f,
+                "the ends of both maps where the camera was lost would be {turn_deg:.0} degrees and {:.0} % of the way apart",
+                percent(*drift)
             ),
             Self::NotConsistent { num } => write!(f, "only {num} keyframes in a row agree"),
         }
