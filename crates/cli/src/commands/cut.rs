@@ -50,7 +50,7 @@ impl Cut {
         }
     }
 
-    /// Why nothing was taken from a recording that has messages, as the end of a sentence; `None` if something was.
+    /// Why a recording that was read to its end does not have the part, as the end of a sentence; `None` if it has it.
     pub fn why_none(&self) -> Option<String> {
         if self.has_begun && (self.first.is_some() || self.range == SequenceRange::default()) {
             return None;
