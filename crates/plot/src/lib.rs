@@ -60,7 +60,7 @@ pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_pi
 pub use picture::{Picture, is_of_series, remove_earlier};
 pub use run_chart::{RunChart, run_chart};
 pub use scatter::{ScatterPicture, ScatterSeries, scatter};
-pub use space::{SpacePath, SpaceViews, space_views};
+pub use space::{SpacePath, SpaceShape, SpaceViews, space_views};
 pub use surface::surface_picture;
 pub use svg::base64;
 pub use table::{Table, escaped};

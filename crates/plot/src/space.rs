@@ -19,6 +19,18 @@ pub struct SpaceViews {
     pub paths: Vec<SpacePath>,
 }
 
+/// How points of one kind are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SpaceShape {
+    /// As a way, from each to the next.
+    #[default]
+    Line,
+    /// One by one, as a map's, which does not decide alone what part of space is shown.
+    Cloud,
+    /// A ring around each.
+    Rings,
+}
+
 /// Points of one kind.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SpacePath {
@@ -26,8 +38,8 @@ pub struct SpacePath {
     pub label: String,
     /// Of line or points.
     pub color: Color,
-    /// Points of a map are drawn one by one; they do not decide what part of space is shown.
-    pub is_cloud: bool,
+    /// How they are drawn.
+    pub shape: SpaceShape,
     /// x, y and z, meters; not a number interrupts the line.
     pub points: Vec<[f64; 3]>,
     /// A color of its own for each point of a map; may be empty.
@@ -42,7 +54,16 @@ impl SpacePath {
 
     /// Points of a map.
     pub fn cloud(label: impl Into<String>, color: Color, points: Vec<[f64; 3]>) -> Self {
-        Self { is_cloud: true, ..Self::line(label, color, points) }
+        Self { shape: SpaceShape::Cloud, ..Self::line(label, color, points) }
+    }
+
+    /// Places on a way that are pointed out.
+    pub fn rings(label: impl Into<String>, color: Color, points: Vec<[f64; 3]>) -> Self {
+        Self { shape: SpaceShape::Rings, ..Self::line(label, color, points) }
+    }
+
+    fn is_cloud(&self) -> bool {
+        self.shape == SpaceShape::Cloud
     }
 }
 
@@ -50,6 +71,8 @@ impl SpacePath {
 const BORDER: (f64, f64) = (0.08, 0.5);
 /// Share of a map's points at each end of an axis that may lie outside.
 const OUTSIDE_SHARE: f64 = 0.03;
+/// Radius of a ring, share of the longer side of the picture.
+const RING_SHARE: f64 = 0.012;
 
 /// Two pictures: along the axis in which the paths extend least (from above, for a camera on wheels), and with that axis
 /// upwards.
@@ -59,7 +82,7 @@ pub fn space_views(input: &SpaceViews) -> [Picture; 2] {
     let least = [2, 1, 0].into_iter().min_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(2);
     let [first, second] = [[1, 2], [0, 2], [0, 1]][least];
     let widest = if extent(&first) >= extent(&second) { first } else { second };
-    let has_cloud = !input.shows_clouds && input.paths.iter().any(|path| path.is_cloud);
+    let has_cloud = !input.shows_clouds && input.paths.iter().any(|path| path.is_cloud());
     let share = if has_cloud { BORDER.1 } else { BORDER.0 };
     let border = share * extent(&widest).max(0.1);
     [view(input, [first, second], &ranges, border), view(input, [widest, least], &ranges, border)]
@@ -71,10 +94,13 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
         name => name,
     };
     let with_border = |axis: usize| (ranges[axis].0 - border, ranges[axis].1 + border);
+    let width = |axis: usize| with_border(axis).1 - with_border(axis).0;
+    let ring = RING_SHARE * width(x).max(width(y));
     let series = |path: &SpacePath| ScatterSeries {
         label: path.label.clone(),
         color: path.color,
-        is_line: !path.is_cloud,
+        is_line: path.shape == SpaceShape::Line,
+        radius_m: (path.shape == SpaceShape::Rings).then_some(ring),
         points: path.points.iter().map(|point| (point[x], point[y])).collect(),
         colors: path.colors.clone(),
         ..ScatterSeries::default()
@@ -97,14 +123,14 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
 
 /// Of all paths along an axis.
 fn range(input: &SpaceViews, axis: usize) -> (f64, f64) {
-    let points = input.paths.iter().filter(|path| !path.is_cloud).flat_map(|path| &path.points);
+    let points = input.paths.iter().filter(|path| !path.is_cloud()).flat_map(|path| &path.points);
     let values = points.map(|point| point[axis]).filter(|value| value.is_finite());
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     let (low, high) = input
         .paths
         .iter()
-        .filter(|path| path.is_cloud && input.shows_clouds)
+        .filter(|path| path.is_cloud() && input.shows_clouds)
         .filter_map(|path| most_of(path, axis))
         .fold((low, high), |(low, high), (from, to)| (low.min(from), high.max(to)));
     if low <= high { (low, high) } else { (0.0, 1.0) }
@@ -128,7 +154,7 @@ mod tests {
         let mut points: Vec<[f64; 3]> = (0..99).map(|i| [f64::from(i % 9), 0.0, f64::from(i % 7)]).collect();
         points.push([900.0, 0.0, 0.0]);
         let colors = vec![Color::ORANGE; points.len()];
-        let cloud = SpacePath { is_cloud: true, points, colors, ..SpacePath::default() };
+        let cloud = SpacePath { colors, ..SpacePath::cloud("map", Color::GRAY, points) };
         let (unit, names) = ("map units".to_owned(), ["right", "ahead", "height"].map(str::to_owned));
         let mut input = SpaceViews { paths: vec![way, cloud], unit, names, ..SpaceViews::default() };
         assert_eq!(range(&input, 0), (0.0, 1.0));
@@ -137,6 +163,23 @@ mod tests {
         let [above, _] = space_views(&input);
         assert!(above.svg().contains("right [map units]") && above.svg().contains("height [map units]"));
         assert!(above.svg().contains(&Color::ORANGE.to_string()), "points have colors of their own");
+    }
+
+    #[test]
+    fn places_pointed_out_are_rings_that_the_way_runs_through() {
+        let way = SpacePath::line("way", Color::BLUE, vec![[0.0; 3], [4.0, 3.0, 0.0]]);
+        let rings = SpacePath::rings("loop", Color::VERMILION, vec![[2.0, 1.5, 0.0]]);
+        let num_circles = |paths| {
+            let [above, _] = space_views(&SpaceViews { paths, ..SpaceViews::default() });
+            above.svg().matches("<circle").count()
+        };
+        let without = num_circles(vec![way.clone()]);
+        // In the legend one as well.
+        assert_eq!(
+            num_circles(vec![way, rings]) - without,
+            3,
+            "a ring with its center, and one in the legend"
+        );
     }
 
     #[test]

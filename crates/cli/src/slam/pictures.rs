@@ -3,17 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use nalgebra::Vector3;
 use visloc_core::{
     CameraTrajectory, GrayImage,
-    eval::camera::{AbsoluteError, associate},
+    eval::camera::{AbsoluteError, Alignment, absolute_error, associate},
+    median,
 };
 use visloc_plot::{
     Color, ImageDots, ImagePicture, Panel, PlotError, Series, SpacePath, SpaceViews, TimeSeriesPicture,
     image_picture, is_of_series, remove_earlier, space_views, time_series,
 };
-use visloc_slam::{FrameOutcome, TrackingState, track::Quality};
+use visloc_slam::{FrameOutcome, TrackingState, atlas::Meeting, track::Quality};
 
-use super::{SlamRecord, SlamRun};
+use super::{MapWay, POSE_TOLERANCE_SECS, SlamRecord, SlamRun};
+
+/// A step of the way that takes longer, times the median step, is a gap.
+const LONGEST_STEP: f64 = 3.0;
 
 /// Draws the landmarks found in some frames over their images, while the run goes on.
 pub struct FramePictures {
@@ -87,7 +92,9 @@ fn state_words(outcome: &FrameOutcome) -> String {
     }
 }
 
-/// Draws the trajectory with the map, over the truth if that is known, and the course of errors, matches and times.
+/// Draws the way and the map of each map, the one with most poses first, over the truth if that is known, and the course of
+/// errors, matches and times. Where the camera had no pose the way is interrupted; where a loop was closed and where a map was
+/// joined to another is marked.
 pub fn draw(
     folder: &Path,
     title: &str,
@@ -95,43 +102,122 @@ pub fn draw(
     truth: Option<&CameraTrajectory>,
     error: Option<&AbsoluteError>,
 ) -> Result<()> {
-    remove_earlier(folder, |name| name == "trajectory" || name == "trajectory-side");
+    remove_earlier(folder, |name| name.starts_with("trajectory"));
     time_series(&courses(title, run, truth, error)).save(folder, "courses")?;
-    let views = match (truth, error) {
-        (Some(truth), Some(error)) => paths(title, run, truth, error),
-        _ if run.trajectory.poses().is_empty() => return Ok(()),
-        _ => own_paths(title, run),
-    };
-    let [above, side] = space_views(&views);
-    above.save(folder, "trajectory")?;
-    side.save(folder, "trajectory-side")?;
+    for (index, way) in run.maps.iter().enumerate() {
+        let (title, name) = match run.maps.len() {
+            1 => (title.to_owned(), "trajectory".to_owned()),
+            num => (
+                format!("{title}, map {} of {num}", index + 1),
+                match index {
+                    0 => "trajectory".to_owned(),
+                    _ => format!("trajectory-{}", index + 1),
+                },
+            ),
+        };
+        let views = match truth.and_then(|truth| Some((truth, error_in(way, truth)?))) {
+            Some((truth, error)) => paths(title, run, way, truth, &error),
+            None => own_paths(title, run, way),
+        };
+        let [above, side] = space_views(&views);
+        above.save(folder, &name)?;
+        side.save(folder, &format!("{name}-side"))?;
+    }
     Ok(())
 }
 
+fn error_in(way: &MapWay, truth: &CameraTrajectory) -> Option<AbsoluteError> {
+    absolute_error(&associate(truth, &way.trajectory, POSE_TOLERANCE_SECS), Alignment::Similarity)
+}
+
 /// The estimate and the map as they are, in map units, where nobody knows the truth.
-fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
+fn own_paths(title: String, run: &SlamRun, way: &MapWay) -> SpaceViews {
     // The first image has x to the right, y down and z ahead.
-    let place = |point: &nalgebra::Vector3<f64>| [point.x, point.z, -point.y];
-    let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
-    let points: Vec<_> = landmarks.map(|(_, landmark)| place(&landmark.point_in_world.coords)).collect();
-    let poses = run.trajectory.poses();
-    let way: Vec<_> = poses.iter().map(|pose| place(pose.world_from_camera.translation())).collect();
-    let start = way.first().copied();
+    let place = |point: &Vector3<f64>| [point.x, point.z, -point.y];
+    let points = landmarks(run, way, &place);
+    let start = way.trajectory.poses().first().map(|pose| place(pose.world_from_camera.translation()));
+    let mut paths = vec![
+        SpacePath {
+            colors: colors_by_height(&points),
+            ..SpacePath::cloud(format!("{} landmarks", points.len()), Color::scale(0.5), points)
+        },
+        SpacePath::line("camera", Color::VERMILION, line(&way.trajectory, &place)),
+        SpacePath::cloud("start", Color::BLACK, start.into_iter().collect()),
+    ];
+    paths.extend(marks(run, way, &place));
     SpaceViews {
-        title: title.to_owned(),
+        title,
         subtitle: "as the first image looks; the map is colored by height, low is dark".to_owned(),
         names: ["x", "ahead", "height"].map(str::to_owned),
         unit: "map units".to_owned(),
         shows_clouds: true,
-        paths: vec![
-            SpacePath {
-                colors: colors_by_height(&points),
-                ..SpacePath::cloud(format!("{} landmarks", points.len()), Color::scale(0.5), points)
-            },
-            SpacePath::line("camera", Color::VERMILION, way),
-            SpacePath::cloud("start", Color::BLACK, start.into_iter().collect()),
-        ],
+        paths,
     }
+}
+
+/// The truth, the aligned estimate and the aligned map.
+fn paths(
+    title: String,
+    run: &SlamRun,
+    way: &MapWay,
+    truth: &CameraTrajectory,
+    error: &AbsoluteError,
+) -> SpaceViews {
+    let moved = |point: &Vector3<f64>| error.similarity.place(point).coords.data.0[0];
+    let mut paths = vec![
+        SpacePath::cloud("map", Color::GRAY, landmarks(run, way, &moved)),
+        SpacePath::line("truth", Color::BLACK, line(truth, &|point| point.data.0[0])),
+        SpacePath::line("estimate", Color::BLUE, line(&way.trajectory, &moved)),
+    ];
+    paths.extend(marks(run, way, &moved));
+    SpaceViews {
+        title,
+        subtitle: format!("RMSE {:.4} m", error.statistics.rmse),
+        shows_clouds: true,
+        paths,
+        ..SpaceViews::default()
+    }
+}
+
+/// How a point of a map is shown.
+type Place<'a> = &'a dyn Fn(&Vector3<f64>) -> [f64; 3];
+
+/// The converged landmarks of a map.
+fn landmarks(run: &SlamRun, way: &MapWay, place: Place<'_>) -> Vec<[f64; 3]> {
+    let map = run.slam.map();
+    map.all_landmarks()
+        .filter(|(_, landmark)| landmark.is_converged())
+        .filter(|(_, landmark)| map.keyframe(landmark.observations.keyframe_at(0)).map == way.map)
+        .map(|(_, landmark)| place(&landmark.point_in_world.coords))
+        .collect()
+}
+
+/// A way, interrupted where images without a pose lie between.
+fn line(trajectory: &CameraTrajectory, place: Place<'_>) -> Vec<[f64; 3]> {
+    let poses = trajectory.poses();
+    let steps = || poses.windows(2).map(|pair| pair[1].at.secs_since(pair[0].at));
+    let longest = median(steps()).map_or(f64::INFINITY, |usual| LONGEST_STEP * usual);
+    let is_after_gap = std::iter::once(false).chain(steps().map(|step| step > longest));
+    let points = poses.iter().map(|pose| place(pose.world_from_camera.translation()));
+    points
+        .zip(is_after_gap)
+        .flat_map(|(point, gap)| gap.then_some([f64::NAN; 3]).into_iter().chain([point]))
+        .collect()
+}
+
+/// Where loops were closed and maps were joined: where the camera was then.
+fn marks(run: &SlamRun, way: &MapWay, place: Place<'_>) -> Vec<SpacePath> {
+    let places = |is_meant: fn(&Meeting) -> bool| -> Vec<[f64; 3]> {
+        let records =
+            run.history.records.iter().filter(|record| record.meeting.as_ref().is_some_and(is_meant));
+        let poses = records.filter_map(|record| way.trajectory.nearest(record.at, POSE_TOLERANCE_SECS));
+        poses.map(|pose| place(pose.world_from_camera.translation())).collect()
+    };
+    let loops = places(|meeting| matches!(meeting, Meeting::Closed { .. } | Meeting::Followed { .. }));
+    let joins = places(|meeting| matches!(meeting, Meeting::Joined { .. }));
+    let shown = [("loop closed", Color::PURPLE, loops), ("maps joined", Color::ORANGE, joins)];
+    let shown = shown.into_iter().filter(|(_, _, points)| !points.is_empty());
+    shown.map(|(label, color, points)| SpacePath::rings(label, color, points)).collect()
 }
 
 /// From dark (low) to light (high).
@@ -182,25 +268,4 @@ fn courses(
         ..Panel::default()
     });
     TimeSeriesPicture { title: title.to_owned(), panels, ..TimeSeriesPicture::default() }
-}
-
-/// The truth, the aligned estimate and the aligned map.
-fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> SpaceViews {
-    let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
-    let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.place(point).coords);
-    let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
-    let landmarks = landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords));
-    let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
-    let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
-    SpaceViews {
-        title: title.to_owned(),
-        subtitle: format!("RMSE {:.4} m", error.statistics.rmse),
-        shows_clouds: true,
-        paths: vec![
-            SpacePath::cloud("map", Color::GRAY, landmarks.collect()),
-            SpacePath::line("truth", Color::BLACK, truth.collect()),
-            SpacePath::line("estimate", Color::BLUE, estimate.collect()),
-        ],
-        ..SpaceViews::default()
-    }
 }

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use visloc_core::RgbImage;
-use visloc_io::image_codec::save_png;
+use visloc_io::image_codec::{read_image, save_png};
 
 use crate::support::{Workspace, data_lines};
 
@@ -135,6 +135,44 @@ fn sequences_that_do_not_exist_are_refused_in_a_line() {
     );
     let outcome = workspace.visloc(&["slam", "desk", "--start", "soon"]);
     assert!(outcome.code == 2 && outcome.stderr.contains("4.5s"), "{}", outcome.stderr);
+}
+
+#[test]
+fn every_map_has_pictures_of_its_own() {
+    let workspace = Workspace::new();
+    let lines = clip_lines();
+    let dark = flat_image(&workspace, "dark.png", (320, 240), 0);
+    // No place of a room is recognized in its mirror image: two maps, which nothing joins.
+    let mirrored = lines.iter().enumerate().map(|(i, (_, file))| {
+        let mut image = read_image(Path::new(file)).unwrap();
+        image.data_mut().chunks_exact_mut(3 * 320).for_each(|row| {
+            let pixels: Vec<[u8; 3]> =
+                row.chunks_exact(3).rev().map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect();
+            row.copy_from_slice(pixels.as_flattened());
+        });
+        let path = workspace.path(&format!("mirrored-{i}.png"));
+        save_png(&image, &path).unwrap();
+        path.display().to_string()
+    });
+    let files: Vec<String> = lines.iter().map(|(_, file)| file.clone()).collect();
+    let files = files.into_iter().chain(std::iter::repeat_n(dark, 45)).chain(mirrored);
+    let stamped = files.enumerate().map(|(i, file)| (format!("{:.6}", i as f64 / 30.0), file));
+    sequence(&workspace, "rooms", &stamped.collect::<Vec<_>>(), CAMERA);
+    fs::remove_file(workspace.path("rooms/groundtruth.txt")).unwrap();
+    fs::create_dir_all(workspace.path("plots")).unwrap();
+    workspace.must(&["slam", "rooms", "--plots", "plots", "--json", "r.json"]);
+    assert_eq!(workspace.json("r.json")["maps"].as_array().map(Vec::len), Some(2));
+    for (name, title) in [("trajectory", "rooms, map 1 of 2"), ("trajectory-2", "rooms, map 2 of 2")] {
+        assert!(workspace.read(&format!("plots/{name}.svg")).contains(title), "{name}");
+        assert!(workspace.path(&format!("plots/{name}-side.png")).exists(), "{name}");
+    }
+    // Another run has no more maps than it has.
+    workspace.must(&["slam", "rooms", "--until", "60", "--plots", "plots"]);
+    assert!(
+        !workspace.path("plots/trajectory-2.svg").exists()
+            && !workspace.path("plots/trajectory-2-side.png").exists()
+    );
+    assert!(!workspace.read("plots/trajectory.svg").contains("map 1 of"));
 }
 
 #[test]
