@@ -8,8 +8,7 @@
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
 //!
-//! OpenCV's files are not quite YAML (`%YAML:1.0`), and a fault is to be named with its line, so the little that is needed is read
-//! here.
+//! Tables may be YAML or JSON, and the camera may stand in a table of its own: what RealSense and Open3D write is read as well.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -19,7 +18,13 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Distortion, Rigid3},
 };
 
-use super::{models::in_form_of_model, read::in_known_form, yaml_forms::matrices};
+use super::{
+    lens_names::ros_model,
+    models::in_form_of_model,
+    read::in_known_form,
+    tables::{Table, Value},
+    yaml_forms::{is_lens, matrices},
+};
 use crate::{
     FileError,
     text::{data_lines, parse_number},
@@ -82,17 +87,31 @@ impl Calibration {
 /// If the file cannot be read, a value is missing or not a number, or the lens model is not known.
 pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     let text = files::read_text(path).map_err(FileError::io(path))?;
+    let form = |reason| FileError::form(path, reason);
+    let table = Table::read(&text);
     if let Some(camera) = in_known_form(path, &text) {
-        let camera = camera.map_err(|reason| FileError::form(path, reason))?;
+        let camera = camera.map_err(form)?;
+        let table = table.and_then(Table::of_camera).ok().flatten().unwrap_or_default();
         return Ok(Calibration {
-            size_px: Some(camera.size_px()),
-            distortion: camera.distortion(),
-            rate_hz: Keys::read(&text, path).optional(&["fps", "rate_hz"])?.filter(|rate| *rate > 0.0),
-            ..Calibration::pinhole(camera.focal_px(), camera.center_px())
+            rate_hz: Keys::of(&table, &text, path).rate_hz()?,
+            ..Calibration::of(&camera)
         });
     }
-    if let Some(calibration) = matrices(&text).or_else(|| in_form_of_model(&text)) {
-        return calibration.map_err(|reason| FileError::form(path, reason));
+    let is_of_model = |table: &Table| table.get("frames").or(table.get("fl_x")).is_some();
+    if let Ok(table) = &table
+        && !is_of_model(table)
+    {
+        let camera = table.clone().of_camera().map_err(form)?;
+        // What is wrong with a matrix is said for files without a camera, too.
+        if let Some(calibration) = matrices(camera.as_ref().unwrap_or(table)) {
+            return calibration.map_err(form);
+        }
+        if let Some(camera) = camera {
+            return Keys::of(&camera, &text, path).calibration();
+        }
+    }
+    if let Some(calibration) = in_form_of_model(&text) {
+        return calibration.map_err(form);
     }
     let second = data_lines(&text).nth(1).map_or(0, |(_, line)| line.split_whitespace().count());
     let first = data_lines(&text).next().unwrap_or_default();
@@ -104,7 +123,8 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         let (number, line) = data_lines(&text).nth(1).unwrap_or_default();
         return middlebury(line).map_err(FileError::line(path, number));
     }
-    Keys::read(&text, path).calibration()
+    let table = table.map_err(|reason| form(format!("{reason}; known are {KNOWN_FORMS}")))?;
+    Keys::of(&table, &text, path).calibration()
 }
 
 /// A projection matrix: fx 0 cx . 0 fy cy . 0 0 1 .
@@ -119,54 +139,30 @@ fn middlebury(line: &str) -> Result<Calibration, String> {
     Ok(Calibration::pinhole((k[0], k[4]), (k[2], k[5])))
 }
 
-/// Keys with the line where they stand and their values; keys below a key without a value are joined with a dot.
+/// The values of a camera by their keys, with the line where they stand.
 struct Keys<'a> {
     path: &'a Path,
     values: BTreeMap<String, (usize, String)>,
-}
-
-/// Whether a list goes on in the next line.
-fn is_open(list: &str) -> bool {
-    list.matches('[').count() > list.matches(']').count()
 }
 
 /// Focal lengths and principal point, horizontal and vertical, pixels.
 type Intrinsics = ((f64, f64), (f64, f64));
 
 impl<'a> Keys<'a> {
-    fn read(text: &str, path: &'a Path) -> Self {
-        let mut values: BTreeMap<String, (usize, String)> = BTreeMap::new();
-        let (mut parent, mut open): (String, Option<String>) = (String::new(), None);
-        for (i, line) in text.lines().enumerate() {
-            let content = line.split('#').next().unwrap_or_default();
-            if let Some(key) = &open {
-                // A list that goes on.
-                if let Some((_, list)) = values.get_mut(key) {
-                    *list += content.trim();
-                    open = open.filter(|_| is_open(list));
-                }
-                continue;
-            }
-            let Some((key, value)) = content.split_once(':').filter(|_| !content.starts_with('%')) else {
-                continue;
-            };
-            let value = value.trim().trim_start_matches("!!opencv-matrix").trim().to_owned();
-            let is_below = key.starts_with([' ', '\t']) && !parent.is_empty();
-            let name = if is_below { format!("{parent}.{}", key.trim()) } else { key.trim().to_owned() };
-            if !is_below {
-                parent = if value.is_empty() { name.clone() } else { String::new() };
-            }
-            open = is_open(&value).then(|| name.clone());
-            values.insert(name, (i + 1, value));
-        }
-        // The first camera of Kalibr, and the table of our own.
-        let inner = |(name, value): (&String, &(usize, String))| {
-            let key = name.strip_prefix("cam0.").or_else(|| name.strip_prefix("camera."))?;
-            Some((key.to_owned(), value.clone()))
+    /// Those of a table of the text.
+    fn of(table: &Table, text: &str, path: &'a Path) -> Self {
+        let begins = |line: &str, key: &str| line.trim_start().trim_start_matches('"').starts_with(key);
+        let line = |key: &str| {
+            let quoted = format!("\"{key}\"");
+            text.lines().position(|line| begins(line, key) || line.contains(&quoted)).map_or(1, |at| at + 1)
         };
-        let inside: Vec<_> = values.iter().filter_map(inner).collect();
-        values.extend(inside);
-        Self { path, values }
+        let value = |value: &Value| match value {
+            Value::Number(number) => Some(number.to_string()),
+            Value::Text(text) => Some(text.clone()),
+            value => value.numbers().map(|list| format!("{list:?}")),
+        };
+        let values = table.iter().filter_map(|(key, v)| Some((key.to_owned(), (line(key), value(v)?))));
+        Self { path, values: values.collect() }
     }
 
     /// The first of these keys that has a value of its own.
@@ -205,9 +201,14 @@ impl<'a> Keys<'a> {
             focal_px,
             center_px,
             distortion: self.distortion()?,
-            rate_hz: self.optional(&["fps", "rate_hz", "Camera.fps"])?.filter(|rate| *rate > 0.0),
+            rate_hz: self.rate_hz()?,
             body_from_camera: self.body_from_camera()?,
         })
+    }
+
+    /// Images a second.
+    fn rate_hz(&self) -> Result<Option<f64>, FileError> {
+        Ok(self.optional(&["fps", "rate_hz", "Camera.fps"])?.filter(|rate| *rate > 0.0))
     }
 
     /// Focal lengths and principal point.
@@ -227,8 +228,8 @@ impl<'a> Keys<'a> {
             return Ok(((*fx, *fy), (*cx, *cy)));
         }
         let focal = (self.number(&["fx", "Camera.fx", "Camera1.fx"])?, self.fy()?);
-        let center_x = self.number(&["cx", "Camera.cx", "Camera1.cx"])?;
-        Ok((focal, (center_x, self.number(&["cy", "Camera.cy", "Camera1.cy"])?)))
+        let center_x = self.number(&["cx", "ppx", "Camera.cx", "Camera1.cx"])?;
+        Ok((focal, (center_x, self.number(&["cy", "ppy", "Camera.cy", "Camera1.cy"])?)))
     }
 
     fn fy(&self) -> Result<f64, FileError> {
@@ -257,44 +258,64 @@ impl<'a> Keys<'a> {
     }
 
     fn distortion(&self) -> Result<Distortion, FileError> {
-        const KNOWN: [&str; 6] = ["radial-tangential", "radtan", "plumb_bob", "opencv", "pinhole", "none"];
-        const FISHEYE: [&str; 3] = ["equidistant", "kannala-brandt", "fisheye"];
-        let list = self.list(&["distortion", "distortion_coefficients", "distortion_coeffs"])?;
-        if let Some((line, model)) = self.find(&["distortion_model"]) {
-            let model = model.trim_matches(['"', '\'']).to_lowercase();
-            if let (true, Some((_, [k1, k2, k3, k4]))) =
-                (FISHEYE.contains(&model.as_str()), list.as_ref().map(|(line, k)| (line, &k[..])))
-            {
-                return Ok(Distortion::KannalaBrandt([*k1, *k2, *k3, *k4]));
+        let (model_line, model) =
+            self.find(&["distortion_model", "model", "Camera.type"]).cloned().unwrap_or_default();
+        let (line, k) = match self.list(&self.lenses()?)? {
+            Some(list) => list,
+            None => (model_line, self.separate_coefficients(&model)?),
+        };
+        let known = ros_model(&model, &k).map_err(FileError::line(self.path, model_line))?;
+        let (is_fisheye, expected) = match known {
+            "equidistant" => (true, "4"),
+            _ => (false, "at most 5"),
+        };
+        match k[..] {
+            [k1, k2, k3, k4] if is_fisheye => Ok(Distortion::KannalaBrandt([k1, k2, k3, k4])),
+            _ if is_fisheye || k.len() > 5 => {
+                let reason = format!("expected {expected} distortion coefficients, found {}", k.len());
+                Err(FileError::line(self.path, line)(reason))
             }
-            if !model.is_empty() && !KNOWN.contains(&model.as_str()) {
-                let reason = format!(
-                    "expected distortion_model radial-tangential, or equidistant with 4 coefficients, found '{model}'"
-                );
-                return Err(FileError::line(self.path, *line)(reason));
+            _ => {
+                let mut padded = [0.0; 5];
+                padded[..k.len()].copy_from_slice(&k);
+                Ok(Distortion::RadialTangential(padded))
             }
         }
-        let Some((line, values)) = list else { return self.separate_distortion() };
-        let mut k = [0.0; 5];
-        if values.len() > k.len() {
-            let reason = format!("expected at most 5 distortion coefficients, found {}", values.len());
-            return Err(FileError::line(self.path, line)(reason));
-        }
-        k[..values.len()].copy_from_slice(&values);
-        Ok(Distortion::RadialTangential(k))
     }
 
-    fn separate_distortion(&self) -> Result<Distortion, FileError> {
-        let mut k = [0.0; 5];
-        for (slot, name) in k.iter_mut().zip(["k1", "k2", "p1", "p2", "k3"]) {
-            let names = [name.to_owned(), format!("Camera.{name}"), format!("Camera1.{name}")];
-            *slot = self.optional(&names.each_ref().map(String::as_str))?.unwrap_or(0.0);
+    /// The names of the lists that have the coefficients of a lens: one at most.
+    fn lenses(&self) -> Result<Vec<&str>, FileError> {
+        let is_list =
+            |(key, (_, value)): &(&String, &(usize, String))| is_lens(key) && value.starts_with('[');
+        let lenses: Vec<&str> = self.values.iter().filter(is_list).map(|(key, _)| key.as_str()).collect();
+        if lenses.len() > 1 {
+            let reason = format!("expected the coefficients of one lens, found {}", lenses.join(", "));
+            return Err(FileError::form(self.path, reason));
         }
-        Ok(Distortion::RadialTangential(k))
+        Ok(lenses)
+    }
+
+    /// Coefficients under names of their own; those that are not there are zero.
+    fn separate_coefficients(&self, model: &str) -> Result<Vec<f64>, FileError> {
+        let is_fisheye = ros_model(model, &[]) == Ok("equidistant");
+        let names: &[&str] = if is_fisheye {
+            &["k1", "k2", "k3", "k4"]
+        } else {
+            &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]
+        };
+        let number = |name: &&str| {
+            let names = [(*name).to_owned(), format!("Camera.{name}"), format!("Camera1.{name}")];
+            Ok(self.optional(&names.each_ref().map(String::as_str))?.unwrap_or_default())
+        };
+        let mut k: Vec<f64> = names.iter().map(number).collect::<Result<_, _>>()?;
+        if !is_fisheye && k[5..].iter().all(|k| *k == 0.0) {
+            k.truncate(5);
+        }
+        Ok(k)
     }
 
     fn body_from_camera(&self) -> Result<Option<Rigid3<CameraFrame, CameraFrame>>, FileError> {
-        let Some((line, t)) = self.list(&["T_BS.data"])? else { return Ok(None) };
+        let Some((line, t)) = self.list(&["T_BS"])? else { return Ok(None) };
         if t.len() != 16 {
             let reason = format!("expected the 16 numbers of T_BS, found {}", t.len());
             return Err(FileError::line(self.path, line)(reason));
@@ -404,6 +425,81 @@ mod tests {
             let error = read(&text).unwrap_err();
             assert!(error.contains(expected), "{error} ({expected})");
         }
+    }
+
+    #[test]
+    fn the_same_camera_as_json_and_in_tables_of_its_own() {
+        let k = "[0.1, -0.2, 0.001, 0.002, 0]";
+        let size = "\"width\": 640, \"height\": 480";
+        let focal = "\"fx\": 500, \"fy\": 501";
+        let columns = "[500, 0, 0, 0, 501, 0, 319.5, 239.5, 1]";
+        let rows = "[[500, 0, 319.5], [0, 501, 239.5], [0, 0, 1]]";
+        let ours = Calibration { rate_hz: None, ..read(OURS).unwrap() };
+        for text in [
+            format!("{{{size}, {focal}, \"cx\": 319.5, \"cy\": 239.5, \"distortion\": {k}}}"),
+            // RealSense: as pyrealsense2 names it.
+            format!(
+                "{{\n  {size}, {focal}, \"ppx\": 319.5, \"ppy\": 239.5,\n \"model\": \"distortion.brown_conrady\", \"coeffs\": {k}}}"
+            ),
+"width: 640\nheight: 480\nfx: 500\nfy: 501\nppx: 319.5\nppy: 239.5\ncoeffs:\n - 0.1\n - -0.2\n - 0.001\n - 0.002\n".to_owned(),
+            format!(
+                "{{{size}, \"intrinsics\": {{{focal}, \"cx\": 319.5, \"cy\": 239.5}}, \"dist_coeffs\": [{k}]}}"
+            ),
+            format!(
+                "{{\"color\": {{{size}, \"intrinsics\": {rows}, \"dist\": {k}}}, \"depth_scale\": 0.001}}"
+            ),
+            format!(
+                "{{\"camera\": {{\"K\": {rows}, \"D\": {k}, \"image_size\": [640, 480]}}, \"R\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}"
+            ),
+            format!("color:\n  K: {rows}\n  D: {k}\n  image_width: 640\n  image_height: 480\n"),
+            format!(
+                "{{\"resolution\": {{{size}}}, \"camera_matrix\": {{{focal}, \"cx\": 319.5, \"cy\": 239.5}}, \"distortion\": \
+                 {{\"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.001, \"p2\": 0.002}}}}"
+            ),
+        ] {
+            assert_eq!(read(&text).unwrap(), ours, "{text}");
+        }
+        // Open3D: columns, no lens.
+        let ideal = Calibration { distortion: Distortion::None, ..ours };
+        for text in [
+            format!("{{{size}, \"intrinsic_matrix\": {columns}}}"),
+            format!(
+                "{{\"class_name\": \"PinholeCameraParameters\", \"extrinsic\": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], \
+                 \"intrinsic\": {{{size}, \"intrinsic_matrix\": {columns}}}, \"version_major\": 1}}"
+            ),
+        ] {
+            assert_eq!(read(&text).unwrap(), ideal, "{text}");
+        }
+        let fisheye = format!(
+            "{{{size}, {focal}, \"ppx\": 1, \"ppy\": 2, \"model\": \"kannala_brandt4\", \"coeffs\": {k}}}"
+        );
+        for (text, expected) in [
+            (
+                format!("{{\"color\": {{{focal}}}, \"depth\": {{{focal}}}}}"),
+                "expected one camera, found 2 (color, depth)",
+            ),
+            (format!("{{{size}, {focal}, \"cx\": 3}}"), "expected a line 'cy: NUMBER'"),
+            (format!("{{{size},\n\"fx\": \"wide\"}}"), "line 2: expected a number for fx, found 'wide'"),
+            (
+                format!("{{{focal}, \"cx\": 1, \"cy\": 1, \"D\": {k}, \"dist\": {k}}}"),
+                "of one lens, found D, dist",
+            ),
+            (fisheye, "line 1: expected 4 distortion coefficients, found 5"),
+            ("{\"width\": 640".to_owned(), "camera.yaml"),
+        ] {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error} ({expected})");
+        }
+    }
+
+    #[test]
+    fn a_fisheye_of_orb_slam() {
+        let text = "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera1.fx: 190.9\nCamera1.fy: 190.9\nCamera1.cx: 254.9\nCamera1.cy: 256.8\n\
+                    Camera1.k1: 0.003\nCamera1.k2: 0.0007\nCamera1.k3: -0.002\nCamera1.k4: 0.0002\n";
+        let read = |text: &str| read(text).map(|camera| camera.distortion);
+        assert_eq!(read(text), Ok(Distortion::KannalaBrandt([0.003, 0.0007, -0.002, 0.0002])));
+        let error = read(&text.replace("KannalaBrandt8", "PinHole")).unwrap_err();
+        assert!(error.contains("at most 5 distortion coefficients"), "{error}");
     }
 
     #[test]

@@ -14,8 +14,10 @@
 //! Further tables are kept for people, for instance how good the calibration is, and are not read.
 
 mod calibration;
+mod lens_names;
 mod models;
 mod read;
+mod tables;
 mod toml_form;
 mod write;
 mod yaml_forms;

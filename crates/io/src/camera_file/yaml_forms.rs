@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, de::IgnoredAny};
+use serde::Deserialize;
 use visloc_core::geom::{Camera, Distortion};
 
-use super::Calibration;
-use crate::{
-    ros_lens::distortion_of_ros,
-    text::{parse_number, yaml_reason},
+use super::{
+    Calibration,
+    lens_names::ros_model,
+    tables::{Table, Value, plain},
 };
+use crate::{ros_lens::distortion_of_ros, text::yaml_reason};
 
 /// `camchain.yaml` of Kalibr: one entry a camera.
 type Chain = BTreeMap<String, KalibrCamera>;
@@ -66,78 +67,36 @@ pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
     Camera::checked(entry.resolution.into(), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
 }
 
-/// A value of a file of which only the matrices are wanted.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Value {
-    Number(f64),
-    Text(String),
-    List(Vec<Value>),
-    Table(BTreeMap<String, Value>),
-    Other(IgnoredAny),
-}
-
-impl Value {
-    fn number(&self) -> Option<f64> {
-        match self {
-            Self::Number(number) => Some(*number),
-            Self::Text(text) => parse_number(text).ok(),
-            _ => None,
-        }
-    }
-
-    /// The numbers of a list, of the rows of a matrix one after the other, or of a matrix with `data`; NaN for what is none.
-    fn numbers(&self) -> Option<Vec<f64>> {
-        match self {
-            Self::List(values) => {
-                let numbers = values.iter().map(|value| match value {
-                    Self::List(_) => value.numbers().unwrap_or_default(),
-                    value => vec![value.number().unwrap_or(f64::NAN)],
-                });
-                Some(numbers.collect::<Vec<_>>().concat())
-            }
-            Self::Table(table) => table.get("data")?.numbers(),
-            _ => None,
-        }
-    }
-}
-
-type Table = BTreeMap<String, Value>;
-
 /// What the calibrators of ROS and OpenCV write, and programs that use OpenCV, by whatever names: a camera matrix, the coefficients of
 /// its lens, maybe a size. `None` for other files.
-pub(super) fn matrices(text: &str) -> Option<Result<Calibration, String>> {
-    // OpenCV's is not quite YAML.
-    let yaml: String = text
-        .lines()
-        .filter(|line| !line.starts_with('%'))
-        .map(|line| line.replace("!!opencv-matrix", "") + "\n")
-        .collect();
-    let table: Table = match serde_saphyr::from_str(&yaml) {
-        Ok(table) => table,
-        Err(error) => return text.contains("camera_matrix").then(|| Err(yaml_reason(&error))),
-    };
+pub(super) fn matrices(table: &Table) -> Option<Result<Calibration, String>> {
     // Other programs write the numbers themselves, some with matrices of other things.
-    if ["fx", "Camera.fx", "Camera1.fx", "intrinsics", "fl_x"].iter().any(|key| table.contains_key(*key)) {
+    if table.has_numbers() {
         return None;
     }
-    let lists = table.iter().filter_map(|(key, value)| Some((key.as_str(), value.numbers()?)));
-    let lists: Vec<(&str, Vec<f64>)> = lists.collect();
+    let lists = table.lists();
     let (key, matrix) = match camera_matrix(&lists) {
         Ok(found) => found?,
         Err(reason) => return Some(Err(reason)),
     };
-    Some(of_matrix(&table, &lists, key, matrix))
+    Some(of_matrix(table, &lists, key, &rows(key, matrix)))
 }
 
-/// A name without what is written in one way or the other.
-fn plain(key: &str) -> String {
-    key.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
+/// The rows of a matrix. Open3D writes its columns, and says so by the name.
+fn rows(key: &str, matrix: &[f64]) -> Vec<f64> {
+    match matrix {
+        [fx, skew, 0.0, 0.0, fy, 0.0, cx, cy, 1.0] if plain(key) == "intrinsicmatrix" => {
+            vec![*fx, 0.0, *cx, *skew, *fy, *cy, 0.0, 0.0, 1.0]
+        }
+        rows => rows.to_vec(),
+    }
 }
 
 /// The camera matrix, told by its name, else by its form; `None` if there is none.
-fn camera_matrix<'a>(lists: &'a [(&'a str, Vec<f64>)]) -> Result<Option<(&'a str, &'a [f64])>, String> {
-    const NAMES: [&str; 3] = ["cameramatrix", "k", "mtx"];
+pub(super) fn camera_matrix<'a>(
+    lists: &'a [(&'a str, Vec<f64>)],
+) -> Result<Option<(&'a str, &'a [f64])>, String> {
+    const NAMES: [&str; 4] = ["cameramatrix", "k", "mtx", "intrinsicmatrix"];
     let named = lists.iter().find(|(key, _)| NAMES.contains(&plain(key).as_str()));
     if let Some((key, numbers)) = named {
         return match numbers.len() {
@@ -179,30 +138,33 @@ fn of_matrix(
     if skew.abs() > 1e-6 * fx {
         return Err(format!("expected a {key} without skew, found {skew}"));
     }
-    let number = |names: &[&str]| names.iter().find_map(|name| table.get(*name)?.number());
+    let number = |names: &[&str]| names.iter().find_map(|name| table.get(name)?.number());
     // OpenCV's example program writes the flag.
     let is_fisheye = number(&["fisheye_model"]).is_some_and(|flag| flag != 0.0);
-    let model = match table.get("distortion_model") {
-        Some(Value::Text(model)) if !is_fisheye => model,
+    let k = coefficients(lists, key)?;
+    let model = match ["distortion_model", "model"].iter().find_map(|key| table.get(key)) {
         _ if is_fisheye => "equidistant",
+        Some(Value::Text(model)) => ros_model(model, k)?,
         _ => "",
     };
     Ok(Calibration {
         size_px: size_px(table, lists)?,
-        distortion: distortion_of_ros(model, coefficients(lists, key)?)?,
+        distortion: distortion_of_ros(model, k)?,
         rate_hz: number(&["fps", "rate_hz"]).filter(|rate| *rate > 0.0),
         ..Calibration::pinhole((fx, fy), (cx, cy))
     })
 }
 
+/// Whether a list of this name has the coefficients of a lens.
+pub(super) fn is_lens(key: &str) -> bool {
+    let name = plain(key);
+    ["dist", "coef"].iter().any(|start| name.starts_with(start))
+        || name.strip_prefix('d').is_some_and(|rest| rest.parse::<u8>().is_ok() || rest.is_empty())
+}
+
 /// The coefficients of the lens whose camera matrix has a name.
 fn coefficients<'a>(lists: &'a [(&'a str, Vec<f64>)], matrix: &str) -> Result<&'a [f64], String> {
     const LENGTHS: [usize; 5] = [4, 5, 8, 12, 14];
-    let is_lens = |key: &str| {
-        let name = plain(key);
-        name.starts_with("dist")
-            || name.strip_prefix('d').is_some_and(|rest| rest.parse::<u8>().is_ok() || rest.is_empty())
-    };
     let lenses: Vec<&(&str, Vec<f64>)> = lists.iter().filter(|(key, _)| is_lens(key)).collect();
     match lenses[..] {
         [] => {
@@ -235,7 +197,7 @@ fn is_projection(key: &str) -> bool {
 fn size_px(table: &Table, lists: &[(&str, Vec<f64>)]) -> Result<Option<(u32, u32)>, String> {
     let list =
         lists.iter().find(|(key, _)| ["imagesize", "resolution", "size"].contains(&plain(key).as_str()));
-    let side = |names: &[&str]| names.iter().find_map(|name| table.get(*name)?.number());
+    let side = |names: &[&str]| names.iter().find_map(|name| table.get(name)?.number());
     let sides = side(&["image_width", "width", "w"]).zip(side(&["image_height", "height", "h"]));
     let is_size = |v: &f64| (1.0..=100_000.0).contains(v) && v.fract() == 0.0;
     match (list.map(|(_, numbers)| &numbers[..]), sides) {
