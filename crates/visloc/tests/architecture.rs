@@ -49,6 +49,19 @@ fn crates_use_what_their_row_allows() {
     }
 }
 
+#[test]
+fn the_guides_name_files_that_exist() {
+    for guide in fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path()) {
+        let Ok(text) = fs::read_to_string(&guide) else { continue };
+        let named = text.split('`').skip(1).step_by(2);
+        let is_path = |word: &&str| !word.contains([' ', '\n']) && word.contains("/src");
+        for path in named.filter(is_path) {
+            let exists = path.starts_with("crates/") && root().join(path).exists();
+            assert!(exists, "{} names {path}; paths begin at the project's folder", guide.display());
+        }
+    }
+}
+
 /// All files of Rust below a folder.
 fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
