@@ -8,7 +8,7 @@ use serde::Serialize;
 use visloc_core::{GrayFrame, GrayImage, RgbImage, Timestamp, geom::Camera};
 use visloc_io::image_codec::resize_gray;
 use visloc_locate::PhotoPose;
-use visloc_plot::{Color, ImageDots, ImagePicture, image_picture};
+use visloc_plot::{Color, ImageDots, ImagePicture, image_picture, is_of_series, remove_earlier};
 use visloc_slam::SlamConfig;
 use visloc_vmap::{Hypothesis, MapLocalizer, VisualMap};
 
@@ -54,6 +54,9 @@ struct PoseInMap {
     #[serde(flatten)]
     ground: Option<GroundPose>,
 }
+
+/// The picture of a photo that was not recognized.
+const UNKNOWN_PLACE: &str = "not-recognized";
 
 /// A photo whose pixels are finer than those of the map by more than this is reduced.
 const MOST_FINER: f64 = 1.2;
@@ -186,7 +189,9 @@ fn draw(
         ],
         ..ImagePicture::default()
     };
-    image_picture(&picture).save(folder, "place-1")?;
+    remove_earlier(folder, |name| name == UNKNOWN_PLACE || is_of_series(name, "place-"));
+    let name = if localizer.hypotheses().is_empty() { UNKNOWN_PLACE } else { "place-1" };
+    image_picture(&picture).save(folder, name)?;
     Ok(())
 }
 

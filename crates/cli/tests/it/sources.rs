@@ -295,6 +295,9 @@ fn a_photo_is_located_in_a_map_of_slam() {
     assert!(error.contains("--height: it makes no difference in a map of SLAM"), "{error}");
     // Another room.
     save_png(&RgbImage::new(320, 240), &workspace.path("dark.png")).unwrap();
-    let said = workspace.must(&["locate", "dark.png", "--map", "desk.vmap", "--camera", &camera]).stdout;
+    let dark = ["locate", "dark.png", "--map", "desk.vmap", "--camera", &camera, "--out", "out"];
+    let said = workspace.must(&dark).stdout;
     assert!(said.contains("100 %  at a place that is not among these") && said.contains("->"), "{said}");
+    assert!(!workspace.path("out/place-1.png").exists(), "of the photo before");
+    assert!(workspace.path("out/not-recognized.png").exists());
 }
