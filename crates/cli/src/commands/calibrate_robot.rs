@@ -127,7 +127,10 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     progress.clear();
     let [runner] = runners;
     if !host().was_interrupted() {
-        for line in diagnosis_lines("localized", &explain_localization(&runner.counters().diagnosis())) {
+        for line in diagnosis_lines(
+            "localized",
+            &explain_localization(&runner.counters().diagnosis(), runner.start()),
+        ) {
             say::line!("{line}");
         }
     }

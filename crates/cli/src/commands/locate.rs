@@ -8,7 +8,7 @@ use visloc_io::{
     sequence::{fit_calibration, read_calibration},
 };
 use visloc_locate::{
-    Photo, PhotoAnswer, PhotoPose,
+    Photo, PhotoAnswer, PhotoPose, StartPrior,
     diagnosis::{Diagnosis, Finding, RunCounters},
     locate_photo,
 };
@@ -78,7 +78,8 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     let best = answer.poses.first().map_or(0.0, |pose| pose.probability);
     let cause = RunCounters::new(&map, &config).cause_in_photo(&photo.image).filter(|_| best < ABOUT_SURE);
     let findings = cause.map(|cause| Finding { cause, share: 1.0 }).into_iter().collect();
-    let diagnosis = explain_localization(&Diagnosis { findings, ..Diagnosis::default() });
+    let diagnosis =
+        explain_localization(&Diagnosis { findings, ..Diagnosis::default() }, &StartPrior::Uniform);
     print(&answer, &photo);
     diagnosis.iter().for_each(|finding| say::line!("{}\n  -> {}", finding.sentence, finding.advice));
     let mut saving = Saving::default();

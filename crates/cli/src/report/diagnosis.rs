@@ -1,7 +1,7 @@
 //! Why a run localized or tracked nothing, or almost nothing, in words: what was counted, and the option that helps.
 
 use serde::Serialize;
-use visloc_locate::{LOCALIZED_RELIABILITY, diagnosis as locating};
+use visloc_locate::{LOCALIZED_RELIABILITY, StartPrior, diagnosis as locating};
 use visloc_slam::diagnosis as tracking;
 
 /// One reason.
@@ -19,14 +19,31 @@ pub struct FindingReport {
     pub advice: &'static str,
 }
 
-/// Reasons for few localized images; none if there are enough.
-pub fn explain_localization(diagnosis: &locating::Diagnosis) -> Vec<FindingReport> {
+/// Reasons for few localized images; none if there are enough. What was said of the `start` is not asked for.
+pub fn explain_localization(diagnosis: &locating::Diagnosis, start: &StartPrior) -> Vec<FindingReport> {
     let report = |finding: &locating::Finding| {
         let (sentence, advice) = of_localization(finding.cause, &diagnosis.facts);
+        let advice = with_start(finding.cause, start).unwrap_or(advice);
         let from_s = diagnosis.facts.judged_from_secs;
         FindingReport { code: finding.cause.code(), from_s, share: finding.share, sentence, advice }
     };
     diagnosis.findings.iter().map(report).collect()
+}
+
+/// What helps where the start that would help was given.
+fn with_start(cause: locating::Cause, start: &StartPrior) -> Option<&'static str> {
+    match (cause, start) {
+        (locating::Cause::PointSymmetric, StartPrior::Uniform) => None,
+        (locating::Cause::PointSymmetric, _) => Some(
+            "the start that was given does not decide it: did the robot begin elsewhere, or is this the map of another field? Goals of two colors \
+             tell the half if the map has them (colors in [goals])",
+        ),
+        (locating::Cause::LookAlikes, StartPrior::Poses(_)) => Some(
+            "the start that was given does not decide it: is it right in the map's frame (visloc map check shows the map)? Or let the robot drive on until \
+             it sees a difference",
+        ),
+        _ => None,
+    }
 }
 
 /// Reasons for few tracked images; none if there are enough.
@@ -301,10 +318,25 @@ mod tests {
     fn lines_tell_share_sentence_and_advice() {
         let finding = locating::Finding { cause: locating::Cause::Gray, share: 0.97 };
         let diagnosis = locating::Diagnosis { findings: vec![finding], ..locating::Diagnosis::default() };
-        let lines = diagnosis_lines("localized", &explain_localization(&diagnosis));
+        let lines = diagnosis_lines("localized", &explain_localization(&diagnosis, &StartPrior::Uniform));
         assert_eq!(lines.len(), 3);
         assert!(lines[1].starts_with("   97 %  the image has no colors"), "{lines:?}");
         assert!(lines[2].contains("--image-topic"));
         assert!(diagnosis_lines("localized", &[]).is_empty());
+    }
+
+    #[test]
+    fn a_start_that_was_given_is_not_asked_for() {
+        let advice = |cause, start: &StartPrior| {
+            let findings = vec![locating::Finding { cause, share: 1.0 }];
+            let diagnosis = locating::Diagnosis { findings, ..locating::Diagnosis::default() };
+            explain_localization(&diagnosis, start)[0].advice
+        };
+        let pose = StartPrior::Poses(Vec::new());
+        for cause in [locating::Cause::PointSymmetric, locating::Cause::LookAlikes] {
+            assert!(advice(cause, &StartPrior::Uniform).contains("--start"));
+            assert!(!advice(cause, &pose).contains("--start"));
+        }
+        assert_eq!(advice(locating::Cause::Gray, &pose), advice(locating::Cause::Gray, &StartPrior::Uniform));
     }
 }

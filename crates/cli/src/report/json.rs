@@ -93,7 +93,7 @@ impl AlgorithmReport {
             localizer_ms: timing(|record| record.localizer_ms),
             individuals: IndividualsReport::of(records),
             pixels: PixelReport::of(runner.pixels()),
-            diagnosis: explain_localization(&runner.counters().diagnosis()),
+            diagnosis: explain_localization(&runner.counters().diagnosis(), runner.start()),
             comparison,
         }
     }

@@ -100,6 +100,7 @@ pub struct Runner {
     name: String,
     /// Of one algorithm.
     lineup: Lineup,
+    start: StartPrior,
     files: OutputFiles,
     records: Records<FrameRecord>,
     rejected: Vec<SkippedInput>,
@@ -127,6 +128,7 @@ impl Runner {
         Ok(Self {
             name: (*algorithm).to_owned(),
             lineup,
+            start: start.clone(),
             files: OutputFiles::default(),
             records: Records::new(None),
             rejected: Vec::new(),
@@ -134,6 +136,11 @@ impl Runner {
             counters: RunCounters::new(map, pipeline),
             images_of_camera: BTreeMap::new(),
         })
+    }
+
+    /// What was known about the start.
+    pub fn start(&self) -> &StartPrior {
+        &self.start
     }
 
     /// As this one, with files that take what is found.
