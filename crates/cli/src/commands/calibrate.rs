@@ -43,18 +43,9 @@ fn calibrate_from(args: &CalibrateArgs, board: &Board, images: &[NamedImage]) ->
     }
     let report = CalibrationReport::new(&found, &coverage, &detected);
     let mut saving = Saving::default();
-    saving.save_if(args.out.as_deref(), |path| {
-        write_text(path, &camera_toml(&found)?)?;
-        say::line!("camera: {}", path.display());
-        Ok(())
-    });
-    saving.save_if(args.ros.as_deref(), |path| {
-        write_text(
-            path,
-            &write_camera(&found.camera, CameraFormat::Ros, "").map_err(|error| anyhow!(error))?,
-        )?;
-        say::line!("CameraInfo: {}", path.display());
-        Ok(())
+    saving.write("camera", args.out.as_deref(), |path| write_text(path, &camera_toml(&found)?));
+    saving.write("CameraInfo", args.ros.as_deref(), |path| {
+        write_text(path, &write_camera(&found.camera, CameraFormat::Ros, "").map_err(|error| anyhow!(error))?)
     });
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.report.as_deref(), |folder| {

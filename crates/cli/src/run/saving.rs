@@ -4,7 +4,10 @@ use std::path::Path;
 
 use anyhow::{Error, Result, anyhow};
 
-use crate::say::{self, one_line};
+use crate::{
+    args::STANDARD_OUTPUT,
+    say::{self, one_line},
+};
 
 /// Saves one result after the other: one that fails does not keep the others from being saved, and all failures are told.
 #[derive(Default)]
@@ -29,7 +32,7 @@ impl Saving {
     pub fn write(&mut self, what: &str, wanted: Option<&Path>, write: impl FnOnce(&Path) -> Result<()>) {
         self.save_if(wanted, |path| {
             write(path)?;
-            if path != Path::new("-") {
+            if path != Path::new(STANDARD_OUTPUT) {
                 say::line!("{what}: {}", path.display());
             }
             Ok(())

@@ -77,6 +77,12 @@ fn a_stream_that_leads_to_a_file_is_written_to_and_not_replaced() {
         assert!(said.starts_with("2 frames in common"), "{said}");
     }
     assert!(!workspace.path("-").exists());
+    let said = workspace.visloc(&["slam", "sim:room", "--until", "5", "--json", "-"]);
+    assert!(
+        said.code == 0 && said.stdout.starts_with('{') && !said.stderr.contains("/dev/stdout"),
+        "{}",
+        said.stderr
+    );
 }
 
 #[test]
