@@ -225,8 +225,9 @@ pub fn run(
     let skipped: Vec<SkippedInput> = source.status().skipped.iter().cloned().chain(refused).collect();
     num_dropped += source.status().num_dropped;
     let num_came = history.records.num_seen() + skipped.len() + num_dropped;
-    // Of a run that was ended by hand only the images that came.
-    let num_images = source.status().num_items.filter(|_| !host().was_interrupted()).unwrap_or(num_came);
+    // Of a run that was ended by hand only the images that came; those that were left out before the first one count, too.
+    let num_items = source.status().num_items.filter(|_| !host().was_interrupted());
+    let num_images = num_items.unwrap_or(num_came).max(num_came);
     let truth = (!truth.poses().is_empty()).then_some(truth);
     Ok(SlamRun {
         slam,

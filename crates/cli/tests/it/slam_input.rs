@@ -97,6 +97,21 @@ fn too_little_to_see_is_said_and_written() {
 }
 
 #[test]
+fn images_of_another_size_count_wherever_they_are() {
+    let workspace = Workspace::new();
+    let mut lines = clip_lines();
+    lines.truncate(20);
+    let small = flat_image(&workspace, "small.png", (160, 120), 90);
+    for odd in [0, 1, 9] {
+        lines[odd].1.clone_from(&small);
+    }
+    sequence(&workspace, "mixed", &lines, CAMERA);
+    let outcome = workspace.must(&["slam", "mixed", "--json", "r.json"]);
+    assert_eq!(workspace.json("r.json")["frames"], 20);
+    assert_eq!(outcome.stdout.matches("left out: ").count(), 3, "{}", outcome.stdout);
+}
+
+#[test]
 fn gaps_and_unlikely_calibrations_are_warned_about() {
     let workspace = Workspace::new();
     let mut lines = clip_lines();
