@@ -48,7 +48,7 @@ pub(crate) fn width_px(text: &str, size_px: f64, weight: Weight) -> f64 {
     text.chars().map(|c| f64::from(advance(c))).sum::<f64>() * size_px / 1000.0
 }
 
-/// Breaks `text` at spaces into lines of at most `max_px`, if its words permit.
+/// Breaks `text` into lines of at most `max_px`: at spaces, and words that are longer than a line where it ends.
 pub(crate) fn wrap(text: &str, size_px: f64, weight: Weight, max_px: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -58,10 +58,27 @@ pub(crate) fn wrap(text: &str, size_px: f64, weight: Weight, max_px: f64) -> Vec
                 line.push(' ');
                 line.push_str(word);
             }
-            None => lines.push(word.to_owned()),
+            None => lines.extend(pieces(word, size_px, weight, max_px)),
         }
     }
     lines
+}
+
+/// A word in pieces that fit; a letter is a piece at least.
+fn pieces(word: &str, size_px: f64, weight: Weight, max_px: f64) -> Vec<String> {
+    let mut pieces = vec![String::new()];
+    for letter in word.chars() {
+        let begins = pieces.last().is_some_and(|piece| {
+            !piece.is_empty() && width_px(&format!("{piece}{letter}"), size_px, weight) > max_px
+        });
+        if begins {
+            pieces.push(String::new());
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.push(letter);
+        }
+    }
+    pieces
 }
 
 /// Of letters beyond ASCII, thousandths of the size: above the width of most of them.
@@ -98,10 +115,12 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_broken_between_words_only() {
+    fn lines_fit() {
         let lines = wrap("mean error 0.12 m unbreakablyverylongword", 10.0, Weight::Regular, 80.0);
         assert_eq!(lines.concat().replace(' ', ""), "meanerror0.12munbreakablyverylongword");
-        assert!(lines.len() >= 2);
+        assert_eq!(lines[0], "mean error");
+        assert!(lines.iter().all(|line| width_px(line, 10.0, Weight::Regular) <= 80.0), "{lines:?}");
+        assert_eq!(wrap("mm", 10.0, Weight::Bold, 1.0), ["m", "m"]);
         assert!(wrap("  ", 10.0, Weight::Regular, 80.0).is_empty());
     }
 }

@@ -14,6 +14,9 @@ const MARGIN_PX: f64 = 24.0;
 /// Longest side of the image in a picture, so that what is written beside it can be read and a page can show it.
 const MOST_SIDE_PX: f64 = 1280.0;
 
+/// A narrower picture has no room for what is written above it.
+const LEAST_HEADER_PX: f64 = 320.0;
+
 /// An image and what is drawn over it. Places are pixels of the image; (0, 0) is the center of its top left pixel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ImagePicture {
@@ -74,10 +77,11 @@ pub fn image_picture(input: &ImagePicture) -> Picture {
     let (width_px, height_px) = (f64::from(input.image.width()), f64::from(input.image.height()));
     let scale = f64::from(input.enlargement.max(1)).min(MOST_SIDE_PX / width_px.max(height_px).max(1.0));
     let right = MARGIN_PX + width_px * scale;
-    let header = Header::new((MARGIN_PX, right), &input.title, &input.subtitle, legend(input));
+    let header_right = right.max(MARGIN_PX + LEAST_HEADER_PX);
+    let header = Header::new((MARGIN_PX, header_right), &input.title, &input.subtitle, legend(input));
     let top = header.height_px() + 10.0;
     let rect = Rect { left: MARGIN_PX, top, right, bottom: top + height_px * scale };
-    let mut canvas = Canvas::new(right + MARGIN_PX, rect.bottom + MARGIN_PX);
+    let mut canvas = Canvas::new(header_right + MARGIN_PX, rect.bottom + MARGIN_PX);
     header.draw(&mut canvas);
     canvas.begin_part("image");
     if let Some(png) = png_of(&smaller(&input.image, (1.0 / scale) as u32)) {
@@ -208,6 +212,19 @@ mod tests {
         let svg = image_picture(&picture()).svg().to_owned();
         assert!(svg.contains("kept (1)") && !svg.contains("none"));
         let _ = image_picture(&ImagePicture::default());
+    }
+
+    #[test]
+    fn what_is_written_above_a_narrow_image_fits() {
+        let input = ImagePicture {
+            title: "100 %: 812 landmarks of the map".into(),
+            image: RgbImage::new(36, 64),
+            enlargement: 2,
+            ..picture()
+        };
+        let drawn = image_picture(&input);
+        let width_px: f64 = drawn.svg().split('"').nth(3).unwrap().parse().unwrap();
+        assert!(width_px >= LEAST_HEADER_PX, "{width_px}");
     }
 
     #[test]
