@@ -32,12 +32,12 @@ pub fn execute(source: &str, range: SequenceRange, out: &Path) -> Result<()> {
     {
         match next {
             Ok(message) => {
-                let before = match cut.judge(&message) {
-                    Verdict::Take(before) => before,
+                let taken = match cut.judge(message) {
+                    Verdict::Take(taken) => taken,
                     Verdict::Wait => continue,
                     Verdict::End => break,
                 };
-                for message in before.iter().chain([&message]) {
+                for message in &taken {
                     writer.write_copy(message)?;
                     strange.extend(strange_to_ros2(&message.channel));
                     num_messages += 1;

@@ -2,33 +2,24 @@
 
 use std::collections::BTreeMap;
 
+use visloc_core::Timestamp;
 use visloc_io::{
     bag::{BagMessage, TopicRole},
-    sequence::{Bound, SequenceRange},
+    sequence::{InRange, RangeJudge, SequenceRange},
 };
 
 /// Chooses messages by when they were recorded, against the images of the topic that shows the first one. What was said before the part
 /// and holds in it is copied with it: static transforms, and the last message of every topic that is no image.
 pub struct Cut {
-    range: SequenceRange,
-    first: Option<Image>,
-    num_images: usize,
-    num_taken: usize,
-    last_secs: f64,
-    has_begun: bool,
+    judge: RangeJudge,
+    topic_of_images: Option<String>,
     static_transforms: Vec<BagMessage>,
     last: BTreeMap<String, BagMessage>,
 }
 
-/// The first image.
-struct Image {
-    topic: String,
-    log_nanos: u64,
-}
-
 /// What becomes of a message.
 pub enum Verdict {
-    /// It is copied, behind these.
+    /// These are copied, in this order: the message, and before it what holds since earlier.
     Take(Vec<BagMessage>),
     /// It lies before the part.
     Wait,
@@ -39,12 +30,8 @@ pub enum Verdict {
 impl Cut {
     pub fn new(range: SequenceRange) -> Self {
         Self {
-            has_begun: matches!(range.start, Bound::Frame(0)) || range.start == Bound::Secs(0.0),
-            range,
-            first: None,
-            num_images: 0,
-            num_taken: 0,
-            last_secs: 0.0,
+            judge: RangeJudge::new(range),
+            topic_of_images: None,
             static_transforms: Vec::new(),
             last: BTreeMap::new(),
         }
@@ -52,55 +39,50 @@ impl Cut {
 
     /// Why a recording that was read to its end does not have the part, as the end of a sentence; `None` if it has it.
     pub fn why_none(&self) -> Option<String> {
-        if self.has_begun && (self.first.is_some() || self.range == SequenceRange::default()) {
+        let has_images = self.topic_of_images.is_some();
+        if self.judge.has_begun() && (has_images || self.judge.range() == SequenceRange::default()) {
             return None;
         }
-        Some(match self.num_images {
-            0 => "expected images, from which --from, --until and --frames count, found none".into(),
-            num => format!(
-                "no image in the range that was asked for: the source has {num} images, {:.1} s long",
-                self.last_secs
+        Some(match self.judge.span_secs() {
+            None => "expected images, from which --from, --until and --frames count, found none".into(),
+            Some(secs) => format!(
+                "no image in the range that was asked for: the source has {} images, {secs:.1} s long",
+                self.judge.num_seen()
             ),
         })
     }
 
-    pub fn judge(&mut self, message: &BagMessage) -> Verdict {
-        let is_image = has_role(message, TopicRole::Image);
-        if is_image && self.first.is_none() {
-            let topic = message.channel.topic.clone();
-            self.first = Some(Image { topic, log_nanos: message.log_nanos });
+    pub fn judge(&mut self, message: BagMessage) -> Verdict {
+        let is_image = has_role(&message, TopicRole::Image);
+        let topic = &message.channel.topic;
+        if is_image && self.topic_of_images.is_none() {
+            self.topic_of_images = Some(topic.clone());
         }
-        let is_counted = is_image && self.first.as_ref().is_some_and(|i| i.topic == message.channel.topic);
-        let secs =
-            self.first.as_ref().map(|first| (message.log_nanos as f64 - first.log_nanos as f64) * 1e-9);
-        if let Some(secs) = secs.filter(|_| is_counted) {
-            self.last_secs = secs;
+        let is_counted = is_image && self.topic_of_images.as_ref() == Some(topic);
+        let at = Timestamp::from_nanos(i64::try_from(message.log_nanos).unwrap_or(i64::MAX));
+        let had_begun = self.judge.has_begun();
+        match if is_counted { self.judge.of_image(at) } else { self.judge.of_other(at) } {
+            InRange::Behind => Verdict::End,
+            InRange::Before => {
+                self.keep(message, is_image);
+                Verdict::Wait
+            }
+            InRange::Taken | InRange::Between => {
+                let mut taken = if had_begun { Vec::new() } else { self.kept() };
+                taken.push(message);
+                Verdict::Take(taken)
+            }
         }
-        let is_behind = |bound: Bound| match bound {
-            Bound::Frame(frame) => is_counted && self.num_images >= frame,
-            Bound::Secs(bound) => secs.is_some_and(|secs| secs >= bound),
-        };
-        let is_enough = is_counted && self.range.most.is_some_and(|most| self.num_taken >= most);
-        if is_enough || self.range.end.is_some_and(is_behind) {
-            return Verdict::End;
-        }
-        let begins = !self.has_begun && is_behind(self.range.start);
-        self.has_begun |= begins;
-        self.num_images += usize::from(is_counted);
-        if !self.has_begun {
-            self.keep(message, is_image);
-            return Verdict::Wait;
-        }
-        self.num_taken += usize::from(is_counted);
-        Verdict::Take(if begins { self.kept() } else { Vec::new() })
     }
 
-    fn keep(&mut self, message: &BagMessage, is_image: bool) {
+    fn keep(&mut self, message: BagMessage, is_image: bool) {
         let topic = &message.channel.topic;
-        if has_role(message, TopicRole::TfStatic) && topic.ends_with("static") {
-            self.static_transforms.push(message.clone());
+        if has_role(&message, TopicRole::TfStatic) && topic.ends_with("static") {
+            self.static_transforms.push(message);
+        } else if let Some(last) = self.last.get_mut(topic) {
+            *last = message;
         } else if !is_image {
-            self.last.insert(topic.clone(), message.clone());
+            self.last.insert(topic.clone(), message);
         }
     }
 
@@ -120,7 +102,7 @@ fn has_role(message: &BagMessage, role: TopicRole) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use visloc_io::bag::Channel;
+    use visloc_io::{bag::Channel, sequence::Bound};
 
     use super::*;
 
@@ -151,8 +133,8 @@ mod tests {
         let mut cut = Cut::new(SequenceRange { start, end, most, ..SequenceRange::default() });
         let mut copied = Vec::new();
         for message in recording() {
-            match cut.judge(&message) {
-                Verdict::Take(before) => copied.extend(before.into_iter().chain([message])),
+            match cut.judge(message) {
+                Verdict::Take(taken) => copied.extend(taken),
                 Verdict::Wait => {}
                 Verdict::End => break,
             }

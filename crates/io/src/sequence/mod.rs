@@ -17,7 +17,7 @@ pub use open::{
     open_tum, sequence_layouts,
 };
 pub use pictures::FilePictures;
-pub use range::{Bound, SequenceRange};
+pub use range::{Bound, InRange, RangeJudge, SequenceRange};
 
 pub use crate::{
     camera_file::{Calibration, read_calibration},

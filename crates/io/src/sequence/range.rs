@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use visloc_core::Timestamp;
+
 use super::ImageFile;
 
 /// A place in a sequence.
@@ -55,27 +57,112 @@ impl SequenceRange {
 
     /// The images in the range.
     pub fn select(&self, files: Vec<ImageFile>) -> Vec<ImageFile> {
-        let Some(first) = files.first().map(|file| file.at) else { return files };
-        let index = |bound: Bound| match bound {
-            Bound::Frame(index) => index,
-            Bound::Secs(secs) => files.partition_point(|file| file.at.secs_since(first) < secs),
-        };
-        let end = self.end.map_or(files.len(), index).min(files.len());
-        let start = index(self.start);
-        files
-            .into_iter()
-            .take(end)
-            .skip(start)
-            .step_by(self.stride.max(1))
-            .take(self.most.unwrap_or(usize::MAX))
-            .collect()
+        let mut judge = RangeJudge::new(*self);
+        let verdicts = files.into_iter().map(|file| (judge.of_image(file.at), file));
+        let inside = verdicts.take_while(|(verdict, _)| *verdict != InRange::Behind);
+        inside.filter(|(verdict, _)| *verdict == InRange::Taken).map(|(_, file)| file).collect()
+    }
+}
+
+/// Where something lies, judged by a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InRange {
+    /// Before its start.
+    Before,
+    /// In it.
+    Taken,
+    /// In it, but one that the stride leaves out.
+    Between,
+    /// Behind its end, or all are taken: nothing that follows is in it.
+    Behind,
+}
+
+/// Judges what comes, one after the other, by a range.
+#[derive(Debug, Clone)]
+pub struct RangeJudge {
+    range: SequenceRange,
+    first_at: Option<Timestamp>,
+    last_at: Option<Timestamp>,
+    has_begun: bool,
+    /// Images until now, without one behind the end; of them since the start of the range; of these those that were taken.
+    num_seen: usize,
+    num_inside: usize,
+    num_taken: usize,
+}
+
+impl RangeJudge {
+    /// Of nothing that has come yet.
+    pub fn new(range: SequenceRange) -> Self {
+        let has_begun = matches!(range.start, Bound::Frame(0)) || range.start == Bound::Secs(0.0);
+        let (first_at, last_at) = (None, None);
+        Self { range, first_at, last_at, has_begun, num_seen: 0, num_inside: 0, num_taken: 0 }
+    }
+
+    /// Judges the next image.
+    pub fn of_image(&mut self, at: Timestamp) -> InRange {
+        self.first_at.get_or_insert(at);
+        self.last_at = Some(at);
+        let is_enough = self.range.most.is_some_and(|most| self.num_taken >= most);
+        if is_enough || self.range.end.is_some_and(|end| self.is_reached(end, at, true)) {
+            return InRange::Behind;
+        }
+        self.has_begun = self.has_begun || self.is_reached(self.range.start, at, true);
+        self.num_seen += 1;
+        if !self.has_begun {
+            return InRange::Before;
+        }
+        self.num_inside += 1;
+        let is_taken = (self.num_inside - 1).is_multiple_of(self.range.stride.max(1));
+        self.num_taken += usize::from(is_taken);
+        if is_taken { InRange::Taken } else { InRange::Between }
+    }
+
+    /// Judges what came beside the images.
+    pub fn of_other(&mut self, at: Timestamp) -> InRange {
+        if self.range.end.is_some_and(|end| self.is_reached(end, at, false)) {
+            return InRange::Behind;
+        }
+        self.has_begun = self.has_begun || self.is_reached(self.range.start, at, false);
+        if self.has_begun { InRange::Taken } else { InRange::Before }
+    }
+
+    fn is_reached(&self, bound: Bound, at: Timestamp, is_image: bool) -> bool {
+        match bound {
+            Bound::Frame(frame) => is_image && self.num_seen >= frame,
+            Bound::Secs(secs) => self.first_at.is_some_and(|first_at| at.secs_since(first_at) >= secs),
+        }
+    }
+
+    /// Whether no further image can be in the range, of a source with so many.
+    pub fn is_over(&self, num_images: Option<usize>) -> bool {
+        self.range.most.is_some_and(|most| self.num_taken >= most)
+            || matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
+            || matches!(self.range.start, Bound::Frame(start) if num_images.is_some_and(|num| start >= num))
+    }
+
+    /// The range.
+    pub fn range(&self) -> SequenceRange {
+        self.range
+    }
+
+    /// Whether its start has come.
+    pub fn has_begun(&self) -> bool {
+        self.has_begun
+    }
+
+    /// Images that were judged, without those behind the end.
+    pub fn num_seen(&self) -> usize {
+        self.num_seen
+    }
+
+    /// From the first image to the last one that came, seconds; `None` before the first.
+    pub fn span_secs(&self) -> Option<f64> {
+        Some(self.last_at?.secs_since(self.first_at?))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use visloc_core::Timestamp;
-
     use super::*;
 
     #[test]
@@ -97,6 +184,28 @@ mod tests {
         assert_eq!(names("1s", Some("2.5s"), 1, Some(9)), "234");
         assert_eq!(names("4.6s", None, 0, None), "");
         assert_eq!(names("20", Some("3"), 1, None), "");
+    }
+
+    #[test]
+    fn what_comes_beside_images_is_judged_by_them() {
+        let at = Timestamp::from_secs;
+        let range = |start: &str, end: Option<&str>| SequenceRange {
+            start: start.parse().unwrap(),
+            end: end.map(|end| end.parse().unwrap()),
+            ..SequenceRange::default()
+        };
+        let mut by_number = RangeJudge::new(range("1", Some("2")));
+        assert_eq!(by_number.of_other(at(9.0)), InRange::Before);
+        assert_eq!(by_number.of_image(at(10.0)), InRange::Before);
+        assert_eq!(by_number.of_image(at(11.0)), InRange::Taken);
+        assert_eq!(by_number.of_other(at(11.5)), InRange::Taken);
+        assert!(by_number.is_over(None));
+        assert_eq!(by_number.of_image(at(12.0)), InRange::Behind);
+        assert_eq!((by_number.num_seen(), by_number.span_secs()), (2, Some(2.0)));
+        let mut by_time = RangeJudge::new(range("0s", Some("0.5s")));
+        assert_eq!(by_time.of_other(at(9.0)), InRange::Taken);
+        assert_eq!(by_time.of_image(at(10.0)), InRange::Taken);
+        assert_eq!(by_time.of_other(at(10.5)), InRange::Behind);
     }
 
     #[test]
