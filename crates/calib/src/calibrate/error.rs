@@ -64,6 +64,8 @@ pub enum DropReason {
     FewCorners(usize),
     /// The corners are not the image of a plane in front of the camera.
     NotAPlane,
+    /// It shows what another one shows, which is used in its place: its name.
+    SameView(String),
     /// The residuals are far above those of the others: median of this one and of all, pixels.
     LargeResiduals {
         /// Of this picture.
@@ -78,6 +80,7 @@ impl fmt::Display for DropReason {
         match self {
             Self::FewCorners(found) => write!(f, "expected at least 8 corners, found {found}"),
             Self::NotAPlane => write!(f, "the corners are not the picture of a flat board"),
+            Self::SameView(of) => write!(f, "shows the same view as {of}"),
             Self::LargeResiduals { median_px, usual_px } => {
                 write!(
                     f,

@@ -3,6 +3,7 @@
 mod error;
 mod result;
 mod run;
+mod same_view;
 
 pub use error::{CalibrateError, DropReason, DroppedView};
 pub use result::{Calibration, Parameter, SeenCorner, View};

@@ -2,7 +2,9 @@
 
 use visloc_core::{geom::Camera, median};
 
-use super::{CalibrateError, Calibration, DropReason, DroppedView, Parameter, SeenCorner, View};
+use super::{
+    CalibrateError, Calibration, DropReason, DroppedView, Parameter, SeenCorner, View, same_view::same_views,
+};
 use crate::{
     Board, BoardCorner, LensModel,
     solve::{CameraFromBoard, Intrinsics, Observation, RefineSettings, Refined, refine, residual, start},
@@ -47,7 +49,8 @@ struct Work {
 
 /// Calibrates a camera from the corners of a board in several pictures of `size_px`, with a lens of a model.
 ///
-/// First guess from homographies; robust refinement; pictures that do not fit are dropped, one after the other; corners that
+/// Pictures that show the same view as another one, as neighbors in a video do, are not counted again: the standard deviations hold for
+/// views. First guess from homographies; robust refinement; pictures that do not fit are dropped, one after the other; corners that
 /// do not fit are left out; final refinement without weights, for honest standard deviations.
 ///
 /// # Errors
@@ -98,15 +101,23 @@ fn first_guess(
             let reason = DropReason::FewCorners(corners.len());
             dropped.push(DroppedView { name: input.name.clone(), reason });
         } else {
-            usable.push((input.name.clone(), corners));
+            usable.push(ViewInput { name: input.name.clone(), corners });
         }
     }
+    let same = same_views(&usable, size_px);
+    let of_same =
+        same.iter().zip(&usable).filter_map(|(same, view)| Some((view, usable[(*same)?].name.clone())));
+    dropped.extend(
+        of_same.map(|(view, of)| DroppedView { name: view.name.clone(), reason: DropReason::SameView(of) }),
+    );
+    let mut is_used = same.iter().map(Option::is_none);
+    usable.retain(|_| is_used.next().unwrap_or_default());
     if usable.len() < MIN_VIEWS {
         return Err(too_few(usable.len(), std::mem::take(dropped)));
     }
     let observe = |c: &BoardCorner| Observation { point_in_board: board.corner_in_board(c.id), px: c.px };
     let observations: Vec<Vec<Observation>> =
-        usable.iter().map(|(_, corners)| corners.iter().map(observe).collect()).collect();
+        usable.iter().map(|view| view.corners.iter().map(observe).collect()).collect();
     let guess = start(model, size_px, &observations).ok_or(CalibrateError::NoStart)?;
     let mut work = Work {
         names: Vec::new(),
@@ -117,7 +128,7 @@ fn first_guess(
         iterations: 0,
         covariance: None,
     };
-    for (((name, corners), view), pose) in usable.into_iter().zip(observations).zip(guess.poses) {
+    for ((ViewInput { name, corners }, view), pose) in usable.into_iter().zip(observations).zip(guess.poses) {
         let Some(pose) = pose else {
             dropped.push(DroppedView { name, reason: DropReason::NotAPlane });
             continue;

@@ -82,6 +82,38 @@ fn residuals_are_the_injected_noise_and_the_deviations_are_honest() {
     }
 }
 
+/// A board that is held still for a while in a video: neighbors differ by noise and a slight tremor.
+#[test]
+fn a_view_that_is_shown_again_does_not_make_the_camera_known_better() {
+    let (camera, model) = (webcam(), LensModel::RadialTangential);
+    let views = corners(&CHECKERS, &camera, 3, 14, 0.1);
+    let alone = calibrate(&CHECKERS, camera.size_px(), &views, model).unwrap();
+    let mut rng = RngTree::new(4).stream("tremor", 0);
+    let held: Vec<ViewInput> = views
+        .iter()
+        .flat_map(|view| (0..8).map(move |i| (view, i)))
+        .map(|(view, i)| {
+            let shift = Vector2::new(gaussian(&mut rng, 2.0), gaussian(&mut rng, 2.0));
+            let moved = |c: &BoardCorner| BoardCorner { px: c.px + shift, ..*c };
+            ViewInput {
+                name: format!("{}.{i}", view.name),
+                corners: view.corners.iter().map(moved).collect(),
+            }
+        })
+        .collect();
+    let held = calibrate(&CHECKERS, camera.size_px(), &held, model).unwrap();
+    assert_eq!((alone.views.len(), held.views.len()), (14, 14));
+    assert!(
+        held.dropped.iter().all(|view| matches!(view.reason, DropReason::SameView(_))),
+        "{:?}",
+        held.dropped
+    );
+    for (alone, held) in alone.parameters.iter().zip(&held.parameters) {
+        let ratio = held.standard_deviation / alone.standard_deviation;
+        assert!((0.8..1.25).contains(&ratio), "{}: {ratio}", alone.name);
+    }
+}
+
 #[test]
 fn rendered_pictures_give_the_camera() {
     for (name, board, camera, model) in cases() {

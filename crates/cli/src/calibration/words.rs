@@ -1,6 +1,6 @@
 //! The result in the terminal.
 
-use visloc_calib::{Calibration, Coverage};
+use visloc_calib::{Calibration, Coverage, DropReason, DroppedView};
 
 use super::Detected;
 use crate::say;
@@ -32,7 +32,19 @@ pub fn print(found: &Calibration, coverage: &Coverage, detected: &Detected) {
 }
 
 fn print_left_out(found: &Calibration, detected: &Detected) {
-    let dropped = found.dropped.iter().map(|view| (view.name.clone(), view.reason.to_string()));
+    let (same, dropped): (Vec<&DroppedView>, Vec<&DroppedView>) =
+        found.dropped.iter().partition(|view| matches!(view.reason, DropReason::SameView(_)));
+    if let Some(first) = same.first() {
+        say::line!(
+            "  {} {} the same view as another one and {} not counted again; the first: {} {}",
+            same.len(),
+            if same.len() == 1 { "shows" } else { "show" },
+            if same.len() == 1 { "is" } else { "are" },
+            first.name,
+            first.reason
+        );
+    }
+    let dropped = dropped.iter().map(|view| (view.name.clone(), view.reason.to_string()));
     let left_out: Vec<_> = detected.rejected.iter().cloned().chain(dropped).collect();
     for (name, reason) in left_out.iter().take(MAX_LEFT_OUT) {
         say::line!("  left out: {name}: {reason}");
