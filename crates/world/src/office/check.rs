@@ -236,6 +236,7 @@ fn conflicts(walls: &[Wall]) -> impl Iterator<Item = (usize, usize, Conflict)> {
 
 /// Opens the shorter one of two sides of outlines that overlap or cross, and says how many: where a plan comes from cells, strips narrower
 /// than what its outlines are straightened by become such pairs.
+#[cfg(feature = "import")]
 pub(crate) fn open_conflicting_sides(plan: &mut OfficePlan) -> usize {
     if (Check { name: "" }).counts(plan).is_err() {
         return 0;
@@ -258,6 +259,7 @@ pub(crate) fn open_conflicting_sides(plan: &mut OfficePlan) -> usize {
 }
 
 /// The sides of an outline that are walls, each with the corridor's number.
+#[cfg(feature = "import")]
 fn walled_sides((i, corridor): (usize, &CorridorPlan)) -> Vec<(usize, usize)> {
     let sides = 0..corridor.outline.len();
     sides.filter(|side| !corridor.open_sides.contains(side)).map(|side| (i, side)).collect()
