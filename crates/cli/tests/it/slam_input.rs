@@ -112,6 +112,22 @@ fn images_of_another_size_count_wherever_they_are() {
 }
 
 #[test]
+fn images_of_4k_are_to_be_made_smaller() {
+    let workspace = Workspace::new();
+    let large = flat_image(&workspace, "large.png", (3840, 2160), 90);
+    let lines: Vec<(String, String)> = (0..2).map(|i| (format!("{}.0", 100 + i), large.clone())).collect();
+    sequence(
+        &workspace,
+        "uhd",
+        &lines,
+        &CAMERA.replace("width: 320\nheight: 240", "width: 3840\nheight: 2160"),
+    );
+    let said = |scale: &str| workspace.must(&["slam", "uhd", "--scale", scale]).stdout;
+    assert!(said("1").contains("--scale 0.3 finds more"));
+    assert!(!said("0.3").contains("finds more"));
+}
+
+#[test]
 fn gaps_and_unlikely_calibrations_are_warned_about() {
     let workspace = Workspace::new();
     let mut lines = clip_lines();
