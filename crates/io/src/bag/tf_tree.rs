@@ -218,8 +218,9 @@ impl TfTree {
                     }
                     None => {
                         return Err(format!(
-                            "expected the transform {} -> {child} within {MAX_AGE_SECS} s of the image",
-                            edge.parent
+                            "expected the transform {} -> {child} within {MAX_AGE_SECS} s of the image{}",
+                            edge.parent,
+                            apart(at, history.newest_at())
                         ));
                     }
                 },
@@ -227,6 +228,24 @@ impl TfTree {
             top_from_bottom = parent_from_child * top_from_bottom;
         }
         Ok((top_from_bottom, is_held))
+    }
+}
+
+/// What is farther apart than this has not been late or silent, seconds.
+const ANOTHER_CLOCK_SECS: f64 = 10.0;
+
+/// How far the stamp of an image is off the last sample, as the end of a sentence: a driver may write none, or by another clock.
+fn apart(image_at: Timestamp, newest: Option<Timestamp>) -> String {
+    match newest {
+        _ if image_at == Timestamp::default() => ", whose stamp is 0: its driver writes none".to_owned(),
+        Some(newest) => {
+            let secs = newest.secs_since(image_at);
+            let side = if secs < 0.0 { "earlier" } else { "later" };
+            let clock =
+                if secs.abs() > ANOTHER_CLOCK_SECS { ": are both stamped by the same clock?" } else { "" };
+            format!("; the last one is {:.1} s {side}{clock}", secs.abs())
+        }
+        None => String::new(),
     }
 }
 
@@ -293,7 +312,10 @@ mod tests {
         tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0), Teller::Transforms);
         let lookup = |tree: &TfTree, src, secs| tree.lookup("base", src, Timestamp::from_secs(secs));
         assert!(lookup(&tree, "head", 1.4).unwrap().is_held);
-        assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
+        let late = lookup(&tree, "head", 1.6).unwrap_err();
+        assert!(late.contains("within 0.5 s") && late.contains("is 0.6 s earlier"), "{late}");
+        assert!(lookup(&tree, "head", 1e3).unwrap_err().contains("999.0 s earlier: are both stamped"));
+        assert!(lookup(&tree, "head", 0.0).unwrap_err().contains("whose stamp is 0"));
         assert_eq!(
             lookup(&tree, "camera", 1.0).unwrap_err(),
             "there is no frame 'camera' for the camera: set --camera-frame to one of: base, head (transforms: base -> head)"
