@@ -121,7 +121,7 @@ pub(crate) fn read_grid(
     let (sin, cos) = grid.origin[2].sin_cos();
     for corner in plan.corridors.iter_mut().flat_map(|corridor| &mut corridor.outline) {
         let [x, y] = *corner;
-        *corner = [grid.origin[0] + cos * x - sin * y, grid.origin[1] + sin * x + cos * y];
+        *corner = [grid.origin[0] + cos * x - sin * y, grid.origin[1] + sin * x + cos * y].map(readable);
     }
     for _ in 0..open_conflicting_sides(&mut plan) {
         let part = Part { what: "side of an outline on or across another one".to_owned(), ..Part::default() };
@@ -131,6 +131,12 @@ pub(crate) fn read_grid(
         return Err(refused("image", "free cells", "none, after free_thresh, mode and negate".to_owned()));
     }
     Ok(Import { plan, notes: notes.into_vec() })
+}
+
+/// A length to a tenth of a millimeter, as people write it: far finer than any cell.
+fn readable(length_m: f64) -> f64 {
+    // Zero has no sign.
+    (length_m * 1e4).round() / 1e4 + 0.0
 }
 
 impl Grid {

@@ -208,8 +208,15 @@ fn an_occupancy_grid_becomes_outlines() {
     let corridors = &office.plan().corridors;
     assert_eq!(corridors.iter().map(|c| c.outline.len()).collect::<Vec<_>>(), [6, 4], "an L and a pillar");
     // The L's lower left corner: 5 cells from the left, 10 from below.
-    let is_corner = |c: &[f64; 2]| (c[0] + 0.75).abs() < 1e-9 && (c[1] + 1.5).abs() < 1e-9;
-    assert!(corridors[0].outline.iter().any(is_corner), "{:?}", corridors[0]);
+    assert!(corridors[0].outline.contains(&[-0.75, -1.5]), "{:?}", corridors[0]);
+    let turned = folder.load(&GRID.replace("-2.0, 0.0]", "-2.0, 0.3]")).unwrap();
+    let Map::Office(turned) = turned else { panic!("a building") };
+    let is_short = |v: &f64| v.to_string().len() <= "-0.1234".len();
+    assert!(
+        turned.plan().corridors[0].outline.iter().flatten().all(is_short),
+        "{:?}",
+        turned.plan().corridors
+    );
     let space = office.free_space();
     assert!(space.contains(0.0, 1.0) && space.contains(4.0, -1.2));
     assert!(!space.contains(4.0, 1.0), "outside of the L");
