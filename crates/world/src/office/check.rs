@@ -1,8 +1,10 @@
 //! What can be wrong with a plan.
 
+#[cfg(feature = "import")]
+use super::{CorridorPlan, geometry::walls_of};
 use super::{
-    CorridorPlan, OfficePlan, Wall,
-    geometry::{ON_WALL_M, point, walls_of},
+    OfficePlan, Wall,
+    geometry::{ON_WALL_M, point},
 };
 use crate::MapError;
 
