@@ -103,7 +103,6 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
         radius_m: (path.shape == SpaceShape::Rings).then_some(ring),
         points: path.points.iter().map(|point| (point[x], point[y])).collect(),
         colors: path.colors.clone(),
-        ..ScatterSeries::default()
     };
     let axes = format!("{} to the right, {} up", name(x), name(y));
     let subtitle = match input.subtitle.as_str() {
