@@ -3,7 +3,8 @@
 //! A frame flows through the folders in this order: [`image`] (pyramid) -> [`start`] (the first two keyframes) or
 //! [`track`] (pose by image alignment, matching of the local map, robust pose) -> [`mapping`] (new landmarks, depth
 //! filters, bundle adjustment, culling), all on one [`map`]. [`recognize`] finds places that were seen before: for a camera that
-//! is lost, and for [`atlas`], which closes loops and joins maps. [`Slam`] ties them together.
+//! is lost, and for [`atlas`], which closes loops and joins maps. [`Slam`] ties them together. [`SelfCalibrator`] finds a camera that nobody
+//! has calibrated.
 //!
 //! Lengths are in map units: a monocular map has no scale, unless [`odometry`] gives it one. Pixels have their centers at integers.
 
@@ -25,6 +26,7 @@ mod outcome;
 pub mod patch;
 pub mod recognize;
 mod schedule;
+mod self_calibration;
 pub mod solve;
 pub mod start;
 mod system;
@@ -34,5 +36,6 @@ pub mod track;
 pub use config::{ConfigError, Descriptor, PRESETS, SlamConfig, SlamPreset};
 pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, SlamFrame, TrackingState, TrajectoryPose};
 pub use schedule::Schedule;
+pub use self_calibration::{SelfCalibration, SelfCalibrationError, SelfCalibrator};
 pub use system::Slam;
 pub use timing::{StageTimer, StageTimes};

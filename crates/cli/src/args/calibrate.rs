@@ -38,12 +38,12 @@ pub struct PatternArgs {
     pub pattern: PatternArg,
     /// Inner corners of a checkerboard (one less than squares), or tags of a grid: columns x rows
     #[arg(long, value_name = "CxR", value_parser = columns_and_rows)]
-    pub size: (usize, usize),
+    pub size: Option<(usize, usize)>,
     /// Side of a square, meters
-    #[arg(long, value_name = "METERS", value_parser = board_side, required_if_eq("pattern", "checkerboard"))]
+    #[arg(long, value_name = "METERS", value_parser = board_side)]
     pub square: Option<f64>,
     /// Side of a tag with its black border, meters
-    #[arg(long, value_name = "METERS", value_parser = board_side, required_if_eq("pattern", "aprilgrid"))]
+    #[arg(long, value_name = "METERS", value_parser = board_side)]
     pub tag: Option<f64>,
     /// Gap between tags as a share of a tag [default: 0.3]
     #[arg(long, value_name = "SHARE", value_parser = number)]
@@ -59,11 +59,10 @@ pub struct PatternArgs {
 impl PatternArgs {
     /// The board, checked.
     pub fn board(&self) -> Result<Board, BoardError> {
-        let (columns, rows) = self.size;
         self.refuse_other_pattern()?;
-        let needed = |option: Option<f64>, expected: &str| {
-            option.ok_or_else(|| BoardError { expected: expected.into(), found: "none".into() })
-        };
+        let missing = |expected: &str| BoardError { expected: expected.into(), found: "none".into() };
+        let needed = |option: Option<f64>, expected: &str| option.ok_or_else(|| missing(expected));
+        let (columns, rows) = self.size.ok_or_else(|| missing("--size, columns x rows of the board"))?;
         let board = match self.pattern {
             PatternArg::Checkerboard => Board::Checkerboard(Checkerboard {
                 columns,
@@ -80,6 +79,13 @@ impl PatternArgs {
             }),
         };
         board.check().map(|()| board)
+    }
+
+    /// Whether there is a board at all.
+    pub fn is_given(&self) -> bool {
+        let is_tag =
+            self.tag.is_some() || self.spacing.is_some() || self.first_tag.is_some() || self.border.is_some();
+        self.size.is_some() || self.square.is_some() || is_tag || self.pattern == PatternArg::Aprilgrid
     }
 
     fn refuse_other_pattern(&self) -> Result<(), BoardError> {
@@ -119,8 +125,11 @@ fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
     long_about = "Calibrates a camera from pictures of a flat board: finds the board in every picture, estimates focal lengths, \
                   principal point and distortion, says how well each is known, and what to photograph next.\n\n\
                   Take 15 to 30 sharp pictures, the board in every part of the image, tilted by 30 degrees to each side, once so \
-                  near that it fills the image. docs/calibration.md goes through it; visloc camera board prints a board.",
+                  near that it fills the image. docs/calibration.md goes through it; visloc camera board prints a board.\n\n\
+                  Without a board (no --size), the camera is found from a video that it took while it moved and turned: focal length, \
+                  principal point and two radial coefficients, to about a percent.",
     after_long_help = "Examples:\n  \
+                       visloc calibrate first.mp4 --out camera.toml\n  \
                        visloc calibrate photos --size 9x6 --square 0.025 --out camera.toml --report out/camera\n  \
                        visloc calibrate photos --pattern aprilgrid --size 6x6 --tag 0.088 --model kannala-brandt --out camera.toml\n  \
                        visloc calibrate photos --size 9x6 --square 0.025 --ros camera_info.yaml"
@@ -133,9 +142,9 @@ pub struct CalibrateArgs {
     pub options: PictureSourceArgs,
     #[command(flatten)]
     pub pattern: PatternArgs,
-    /// The lens
-    #[arg(long, value_parser = named(LENSES), default_value = "radtan")]
-    pub model: LensModel,
+    /// The lens [default: radtan]
+    #[arg(long, value_parser = named(LENSES))]
+    pub model: Option<LensModel>,
     /// Write the camera to this file, TOML
     #[arg(long, value_name = "FILE")]
     pub out: Option<OutputFile>,

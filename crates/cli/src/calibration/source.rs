@@ -23,11 +23,28 @@ const APART_SECS: f64 = 0.5;
 /// Most pictures that are taken from a video or camera.
 const MAX_PICTURES: usize = 120;
 
+/// Which pictures of a video or camera are taken.
+#[derive(Debug, Clone, Copy)]
+pub struct Taking {
+    /// So far apart, seconds.
+    pub apart_secs: f64,
+    /// At most so many.
+    pub most: usize,
+    /// What to do before a camera, for people.
+    pub advice: &'static str,
+}
+
+/// Of a board.
+pub const OF_BOARD: Taking =
+    Taking { apart_secs: APART_SECS, most: MAX_PICTURES, advice: "show the board from all sides" };
+
 /// A picture that can be read.
 #[derive(Debug, Clone)]
 pub struct NamedImage {
     /// For people.
     pub name: String,
+    /// When it was taken, if that is known.
+    pub at: Option<Timestamp>,
     pixels: Pixels,
 }
 
@@ -91,7 +108,7 @@ impl NamedImages {
 ///
 /// # Errors
 /// If there are none, or an option is of no use for this source.
-pub fn open_images(source: &str, args: &PictureSourceArgs) -> Result<NamedImages> {
+pub fn open_images(source: &str, args: &PictureSourceArgs, taking: Taking) -> Result<NamedImages> {
     let topics = TopicOptions { image: args.image_topic.clone(), ..TopicOptions::default() };
     let options = picture_options(&args.pictures, topics)?;
     let path = Path::new(source);
@@ -109,7 +126,7 @@ pub fn open_images(source: &str, args: &PictureSourceArgs) -> Result<NamedImages
         return Ok(NamedImages { images, damage: None });
     }
     // A folder without images of its own may be a dataset.
-    let found = in_stream(source, &options);
+    let found = in_stream(source, &options, taking);
     let found = if is_folder {
         found.with_context(|| format!("{source}: expected PNG or JPEG images, found none"))?
     } else {
@@ -135,24 +152,24 @@ fn in_folder(folder: &Path) -> Result<Vec<NamedImage>> {
 
 fn named(path: PathBuf) -> NamedImage {
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    NamedImage { name, pixels: Pixels::File(path) }
+    NamedImage { name, at: None, pixels: Pixels::File(path) }
 }
 
-fn in_stream(source: &str, options: &SourceOptions) -> Result<NamedImages> {
+fn in_stream(source: &str, options: &SourceOptions, taking: Taking) -> Result<NamedImages> {
     if !source.contains(':') && !Path::new(source).exists() {
         bail!("{source}: expected a folder of images or a source of `visloc sources`, found nothing there");
     }
     let is_live = SourceAddress::parse(source)?.kind().is_live;
     prepare(source)?;
     if is_live {
-        say::line!("show the board from all sides; {MAX_PICTURES} pictures are taken, Ctrl-C ends earlier");
+        say::line!("{}; {} pictures are taken, Ctrl-C ends earlier", taking.advice, taking.most);
     }
     let OpenPictures { mut pictures, warnings, .. } = open_pictures(source, options, host())?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
     let progress = Progress::new(pictures.status().num_items);
     let (mut images, mut damage) = (Vec::new(), None);
     let mut last: Option<Timestamp> = None;
-    while images.len() < MAX_PICTURES {
+    while images.len() < taking.most {
         let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
@@ -162,12 +179,13 @@ fn in_stream(source: &str, options: &SourceOptions) -> Result<NamedImages> {
             None => break,
         };
         progress.advance();
-        if last.is_some_and(|last| picture.at.secs_since(last) < APART_SECS) {
+        if last.is_some_and(|last| picture.at.secs_since(last) < taking.apart_secs) {
             continue;
         }
         last = Some(picture.at);
         let name = format!("{:.3} s", picture.at.secs());
-        images.push(NamedImage { name, pixels: Pixels::Kept(GrayImage::from_rgb(&picture.image)) });
+        let at = Some(picture.at);
+        images.push(NamedImage { name, at, pixels: Pixels::Kept(GrayImage::from_rgb(&picture.image)) });
     }
     progress.clear();
     SkippedReport::new(pictures.status().skipped).lines().iter().for_each(|line| say::note!("{line}"));

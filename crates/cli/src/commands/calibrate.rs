@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_calib::{Board, Calibration, calibrate, coverage, several_cameras};
+use visloc_calib::{Board, Calibration, LensModel, calibrate, coverage, several_cameras};
 use visloc_io::camera_file::{CameraFormat, write_camera};
 
 use crate::{
     args::CalibrateArgs,
     calibration::{
-        CalibrationReport, Detected, NamedImage, camera_toml, draw, find_boards, markdown, open_images, print,
+        CalibrationReport, Detected, NamedImage, OF_BOARD, calibrate_by_motion, camera_toml, draw,
+        find_boards, markdown, open_images, print,
     },
     host::stop_at_signals,
     report::save_json,
@@ -19,20 +20,33 @@ use crate::{
 
 /// Runs the command.
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
+    if !args.pattern.is_given() {
+        return calibrate_by_motion(args);
+    }
     let board = args.pattern.board()?;
     stop_at_signals();
-    let pictures = open_images(&args.source, &args.options)?;
+    let pictures = open_images(&args.source, &args.options, OF_BOARD)?;
     let done = calibrate_from(args, &board, &pictures.images);
     pictures.end(done)
 }
 
 fn calibrate_from(args: &CalibrateArgs, board: &Board, images: &[NamedImage]) -> Result<()> {
     let detected = find_boards(board, images)?;
-    let found = calibrate(board, detected.size_px, &detected.views, args.model)
-        .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
+    let found = calibrate(
+        board,
+        detected.size_px,
+        &detected.views,
+        args.model.unwrap_or(LensModel::RadialTangential),
+    )
+    .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
-    if let Some(several) = several_cameras(board, detected.size_px, &detected.views, args.model) {
+    if let Some(several) = several_cameras(
+        board,
+        detected.size_px,
+        &detected.views,
+        args.model.unwrap_or(LensModel::RadialTangential),
+    ) {
         let [(a, b), (c, d)] = several.values;
         let [first, second] = &several.groups;
         say::note!(

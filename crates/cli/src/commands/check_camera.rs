@@ -8,7 +8,7 @@ use visloc_io::camera_file::read_camera;
 
 use crate::{
     args::CheckCameraArgs,
-    calibration::{NamedImage, NamedImages, open_images},
+    calibration::{NamedImage, NamedImages, OF_BOARD, open_images},
     report::save_json,
     say,
 };
@@ -35,7 +35,7 @@ struct FindingReport {
 pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let camera = read_camera(&args.camera)?;
     let pictures = match &args.source {
-        Some(source) => open_images(source, &args.options)?,
+        Some(source) => open_images(source, &args.options, OF_BOARD)?,
         None => NamedImages::default(),
     };
     let done = check(args, &camera, &pictures.images);

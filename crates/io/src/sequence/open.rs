@@ -207,7 +207,7 @@ fn no_calibration(folder: &Path, looked_for: &Path) -> FileError {
     FileError::form(
         folder,
         format!(
-            "expected a calibration ({name}), found none; give one with --camera FILE (make it of photos of a board: visloc calibrate)"
+            "expected a calibration ({name}), found none; give one with --camera FILE (visloc calibrate makes it, of photos of a board or of the images themselves)"
         ),
     )
 }

@@ -111,7 +111,7 @@ pub enum SourcesError {
     },
     /// The calibration is missing.
     #[error(
-        "{argument}: expected a calibration of the camera; give one with --camera FILE (docs/own-camera.md), make it of photos of a board with visloc calibrate"
+        "{argument}: expected a calibration of the camera; give one with --camera FILE (docs/own-camera.md), visloc calibrate makes it, of photos of a board or of a video itself"
     )]
     NoCamera {
         /// What the user wrote.

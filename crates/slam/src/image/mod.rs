@@ -3,6 +3,6 @@
 mod pyramid;
 mod sample;
 
-pub(crate) use pyramid::doubled;
 pub use pyramid::{Pyramid, level_from_px, px_from_level};
+pub(crate) use pyramid::{doubled, halved};
 pub use sample::sample_square;

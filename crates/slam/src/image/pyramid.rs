@@ -77,7 +77,7 @@ impl Pyramid {
 }
 
 /// Each pixel is the rounded mean of a 2 x 2 block; an odd last row or column is left out.
-fn halved(image: &GrayImage) -> GrayImage {
+pub(crate) fn halved(image: &GrayImage) -> GrayImage {
     let (width, height) = (image.width() / 2, image.height() / 2);
     let mut out = GrayImage::new(width, height);
     for y in 0..height {

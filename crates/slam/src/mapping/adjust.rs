@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// 95 % limit of chi-square with two degrees of freedom.
-pub(super) const CHI2: f64 = 5.991;
+pub(crate) const CHI2: f64 = 5.991;
 
 /// How an adjustment went.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -27,7 +27,7 @@ pub struct AdjustReport {
 
 /// Which keyframe and landmark each index of a bundle is.
 #[derive(Debug)]
-pub(super) struct Index {
+pub(crate) struct Index {
     pub keyframes: Vec<KeyframeId>,
     pub landmarks: Vec<LandmarkId>,
 }
@@ -137,12 +137,7 @@ fn adjust(map: &mut Map, (mut bundle, index): (Bundle, Index), config: &MappingC
     });
     bundle.observations = observations;
     bundle.solve(&settings(config.bundle_last_iterations));
-    for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
-        map.set_pose(*id, bundle.cameras[i]);
-    }
-    for (id, point) in index.landmarks.iter().zip(&bundle.points) {
-        map.landmark_mut(*id).point_in_world = *point;
-    }
+    take_over(map, &bundle, &index);
     let mut num_dropped = 0;
     for observation in &dropped {
         // A second chance: what was far off at first may fit in the end.
@@ -155,7 +150,17 @@ fn adjust(map: &mut Map, (mut bundle, index): (Bundle, Index), config: &MappingC
     AdjustReport { num_free, num_points: index.landmarks.len(), num_dropped }
 }
 
-pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
+/// Moves keyframes and landmarks to where a bundle has them.
+pub(crate) fn take_over(map: &mut Map, bundle: &Bundle, index: &Index) {
+    for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
+        map.set_pose(*id, bundle.cameras[i]);
+    }
+    for (id, point) in index.landmarks.iter().zip(&bundle.points) {
+        map.landmark_mut(*id).point_in_world = *point;
+    }
+}
+
+pub(crate) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
     let mut all = Collection {
         map,
         bundle: Bundle::default(),

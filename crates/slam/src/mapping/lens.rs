@@ -147,12 +147,12 @@ fn estimate(
     let px = bundle.observations.iter().map(px).collect::<Option<Vec<_>>>()?;
     let ray_by_change = derivatives(&bundle, camera, &px)?;
     let mut plain = bundle.clone();
-    bundle.lens = Some(BundleLens { change: 0.0, expected, sigma, ray_by_change });
+    bundle.lens.push(BundleLens { change: 0.0, expected, sigma, ray_by_change, size_by_change: Vec::new() });
     let settings = BundleSettings { max_iterations: 10, huber: CHI2.sqrt() };
     let cost = plain.solve(&settings).last_cost;
     let gain = cost - bundle.solve(&settings).last_cost;
     let usual = cost / bundle.points.len().max(1) as f64;
-    bundle.lens.map(|lens| lens.change).filter(|_| gain > least_gain * usual)
+    bundle.lens.first().map(|lens| lens.change).filter(|_| gain > least_gain * usual)
 }
 
 fn sigma_of(calibrated: &Camera) -> f64 {

@@ -1,6 +1,6 @@
 //! Making the map: new landmarks, depth filters, bundle adjustment, culling.
 
-mod adjust;
+pub(crate) mod adjust;
 mod candidate;
 mod complete;
 mod cull;

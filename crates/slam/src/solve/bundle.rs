@@ -60,7 +60,7 @@ impl BundleMotion {
     }
 }
 
-/// One coefficient of the lens through which all cameras of a bundle look, as a change from what the rays were made with.
+/// One parameter of the lens through which all cameras of a bundle look, as a change from what the rays were made with.
 #[derive(Debug, Clone)]
 pub struct BundleLens {
     /// The change.
@@ -71,6 +71,9 @@ pub struct BundleLens {
     pub sigma: f64,
     /// For each observation the derivative of its ray by the change.
     pub ray_by_change: Vec<Vector2<f64>>,
+    /// For each observation the derivative of that by its ray: how much smaller a pixel becomes. Without it, an empty list, pixels keep their
+    /// size, which will do for small changes; of larger ones those that make all rays shorter would seem to explain everything better.
+    pub size_by_change: Vec<Matrix2<f64>>,
 }
 
 /// How a bundle is solved.
@@ -109,8 +112,8 @@ pub struct Bundle {
     pub ties: Vec<BundleTie>,
     /// Motions between cameras that are known from elsewhere.
     pub motions: Vec<BundleMotion>,
-    /// The lens, if it is to be estimated too.
-    pub lens: Option<BundleLens>,
+    /// What of the camera is to be estimated too.
+    pub lens: Vec<BundleLens>,
 }
 
 impl BundleTie {
@@ -141,6 +144,24 @@ impl Bundle {
         residual_of(&self.cameras[observation.camera], &self.points[observation.point], observation)
     }
 
+    /// An observation as seen through a lens with these changes: its ray, and its whitening, since pixels have changed their size.
+    #[inline]
+    fn seen(
+        &self,
+        i: usize,
+        observation: &BundleObservation,
+        changes: impl Iterator<Item = f64>,
+    ) -> BundleObservation {
+        let mut seen = *observation;
+        for (lens, change) in self.lens.iter().zip(changes) {
+            seen.ray += lens.ray_by_change[i] * change;
+            if let Some(size) = lens.size_by_change.get(i) {
+                seen.whitening -= observation.whitening * size * change;
+            }
+        }
+        seen
+    }
+
     /// Minimizes Huber's cost of all residuals.
     pub fn solve(&mut self, settings: &BundleSettings) -> BundleReport {
         let huber = settings.huber;
@@ -155,7 +176,7 @@ impl Bundle {
                 break;
             };
             (self.cameras, self.points) = (state.cameras, state.points);
-            if let (Some(lens), Some(change)) = (&mut self.lens, state.lens) {
+            for (lens, change) in self.lens.iter_mut().zip(state.lens) {
                 lens.change = change;
             }
             let gain = (report.last_cost - cost) / report.last_cost;
@@ -195,16 +216,13 @@ impl Bundle {
         State {
             cameras: cameras.collect(),
             points: self.points.iter().zip(&step.points).map(|(point, step)| point + step).collect(),
-            lens: self.lens.as_ref().map(|lens| lens.change + step.lens),
+            lens: self.lens.iter().zip(&step.lens).map(|(lens, step)| lens.change + step).collect(),
         }
     }
 
     fn cost(&self, state: &State, huber: f64) -> f64 {
         let cost_of = |(i, observation): (usize, &BundleObservation)| {
-            let mut observation = *observation;
-            if let (Some(lens), Some(change)) = (&self.lens, &state.lens) {
-                observation.ray += lens.ray_by_change[i] * *change;
-            }
+            let observation = self.seen(i, observation, state.lens.iter().copied());
             let camera = &state.cameras[observation.camera];
             let residual = residual_of(camera, &state.points[observation.point], &observation);
             // A point behind a camera costs as much as a gross outlier.
@@ -218,7 +236,7 @@ impl Bundle {
             .iter()
             .map(|motion| 0.5 * motion.residual(&state.cameras).norm_squared())
             .sum::<f64>();
-        let of_lens = self.lens.as_ref().zip(state.lens).map_or(0.0, |(lens, change)| lens.cost(change));
+        let of_lens = self.lens.iter().zip(&state.lens).map(|(lens, change)| lens.cost(*change)).sum::<f64>();
         self.observations.iter().enumerate().map(cost_of).sum::<f64>() + of_ties + of_motions + of_lens
     }
 }
@@ -234,7 +252,7 @@ impl BundleLens {
 struct State {
     cameras: Vec<CameraFromWorld>,
     points: Vec<Point3<f64>>,
-    lens: Option<f64>,
+    lens: Vec<f64>,
 }
 
 impl State {
@@ -242,7 +260,7 @@ impl State {
         Self {
             cameras: bundle.cameras.clone(),
             points: bundle.points.clone(),
-            lens: bundle.lens.as_ref().map(|lens| lens.change),
+            lens: bundle.lens.iter().map(|lens| lens.change).collect(),
         }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{
     Vector2, Vector3, Vector6,
 };
 
-use super::{Bundle, BundleObservation, residual_of};
+use super::{Bundle, BundleLens, BundleObservation, residual_of};
 use crate::{
     lie::{adjoint, image_by_twist},
     solve::Skyline,
@@ -25,12 +25,14 @@ pub struct NormalEquations {
     /// they are asked for, since they would take as much memory as the map.
     camera_by_point: Option<Vec<Matrix6x3<f64>>>,
     huber: f64,
-    lens: Option<LensEquations>,
+    lens: Vec<LensEquations>,
 }
 
-/// What the lens adds.
+/// What a parameter of the lens adds.
+#[derive(Clone)]
 struct LensEquations {
-    own: f64,
+    /// With itself and with the parameters before it.
+    own: Vec<f64>,
     gradient: f64,
     by_camera: Vec<Vector6<f64>>,
     by_point: Vec<Vector3<f64>>,
@@ -42,8 +44,8 @@ pub struct Step {
     pub cameras: Vec<Option<Vector6<f64>>>,
     /// Step of each point.
     pub points: Vec<Vector3<f64>>,
-    /// Change of the lens.
-    pub lens: f64,
+    /// Change of each parameter of the lens.
+    pub lens: Vec<f64>,
 }
 
 /// A residual with its derivatives, weighted.
@@ -51,7 +53,8 @@ pub struct Linearized {
     pub(super) error: Vector2<f64>,
     pub by_camera: Matrix2x6<f64>,
     pub by_point: Matrix2x3<f64>,
-    by_lens: Vector2<f64>,
+    /// The residual on the plane z = 1, not whitened.
+    off: Vector2<f64>,
     pub(super) weight: f64,
 }
 
@@ -63,8 +66,8 @@ pub struct Reduced {
     num_free: usize,
     /// Those on and above the diagonal, row by row.
     blocks: Vec<Matrix6<f64>>,
-    /// Blocks of the lens with the cameras, and its own.
-    lens: Option<(Vec<Vector6<f64>>, f64)>,
+    /// Of each parameter of the lens the blocks with the cameras, and with the parameters up to itself.
+    lens: Vec<LensEquations>,
     /// The right side.
     pub(super) vector: DVector<f64>,
 }
@@ -79,11 +82,11 @@ impl Reduced {
     /// An entry of the lower triangle, the only one that decompositions read.
     #[inline]
     fn entry(&self, row: usize, column: usize) -> f64 {
-        let [(row, below), (column, right)] = [row, column].map(|at| (at / 6, at % 6));
-        match &self.lens {
-            Some((_, own)) if column == self.num_free => *own,
-            Some((by_camera, _)) if row == self.num_free => by_camera[column][right],
-            _ => self.blocks[Self::at(self.num_free, column, row)][(right, below)],
+        let parameter = |at: usize| at.checked_sub(6 * self.num_free);
+        match (parameter(row), parameter(column)) {
+            (Some(row), Some(column)) => self.lens[row].own[column],
+            (Some(row), None) => self.lens[row].by_camera[column / 6][column % 6],
+            _ => self.blocks[Self::at(self.num_free, column / 6, row / 6)][(column % 6, row % 6)],
         }
     }
 
@@ -119,7 +122,7 @@ impl NormalEquations {
             point_gradient: Vec::new(),
             camera_by_point: None,
             huber: 0.0,
-            lens: None,
+            lens: Vec::new(),
         }
     }
 
@@ -134,15 +137,18 @@ impl NormalEquations {
     pub fn set(&mut self, bundle: &Bundle, huber: f64) {
         let num_free = self.slots.iter().flatten().count();
         let num_points = bundle.points.len();
-        self.lens = bundle.lens.as_ref().map(|lens| {
+        let of_lens = |(i, lens): (usize, &BundleLens)| {
             let information = 1.0 / (lens.sigma * lens.sigma);
+            let mut own = vec![0.0; i + 1];
+            own[i] = information;
             LensEquations {
-                own: information,
+                own,
                 gradient: (lens.expected - lens.change) * information,
                 by_camera: vec![Vector6::zeros(); num_free],
                 by_point: vec![Vector3::zeros(); num_points],
             }
-        });
+        };
+        self.lens = bundle.lens.iter().enumerate().map(of_lens).collect();
         self.between.clear();
         set_zeros(&mut self.cameras, num_free);
         set_zeros(&mut self.camera_gradient, num_free);
@@ -156,6 +162,7 @@ impl NormalEquations {
             let linearized = linearize(bundle, i, observation, huber);
             if let Some(linearized) = &linearized {
                 self.add(observation, linearized);
+                self.add_lens(&bundle.lens, i, observation, linearized);
             }
             if are_kept && self.slots[observation.camera].is_some() {
                 kept.push(linearized.map_or_else(Matrix6x3::zeros, |l| l.camera_by_point()));
@@ -178,12 +185,24 @@ impl NormalEquations {
             add_symmetric(&mut self.cameras[slot], &by_camera, l.weight);
             subtract_gradient(&mut self.camera_gradient[slot], &by_camera, l);
         }
-        if let Some(lens) = &mut self.lens {
-            lens.own += l.by_lens.norm_squared() * l.weight;
-            lens.gradient -= l.by_lens.dot(&l.error) * l.weight;
-            lens.by_point[point] += l.by_point.transpose() * l.by_lens * l.weight;
+    }
+
+    #[inline]
+    fn add_lens(&mut self, lens: &[BundleLens], i: usize, observation: &BundleObservation, l: &Linearized) {
+        let by_lens = |lens: &BundleLens| {
+            let of_size = lens.size_by_change.get(i).map_or_else(Vector2::zeros, |size| size * l.off);
+            -observation.whitening * (lens.ray_by_change[i] + of_size)
+        };
+        let slot = self.slots[observation.camera];
+        for (equations, parameter) in self.lens.iter_mut().zip(lens) {
+            let by_parameter = by_lens(parameter);
+            for (own, other) in equations.own.iter_mut().zip(lens) {
+                *own += by_parameter.dot(&by_lens(other)) * l.weight;
+            }
+            equations.gradient -= by_parameter.dot(&l.error) * l.weight;
+            equations.by_point[observation.point] += l.by_point.transpose() * by_parameter * l.weight;
             if let Some(slot) = slot {
-                lens.by_camera[slot] += l.by_camera.transpose() * l.by_lens * l.weight;
+                equations.by_camera[slot] += l.by_camera.transpose() * by_parameter * l.weight;
             }
         }
     }
@@ -244,14 +263,16 @@ impl NormalEquations {
                 right[group[0].point] -= by_point.transpose() * twist(*slot);
             }
         });
-        let change = self.lens.as_ref().map_or(0.0, |_| solution[6 * num_free]);
-        for (right, by_point) in right.iter_mut().zip(self.lens.iter().flat_map(|lens| &lens.by_point)) {
-            *right -= by_point * change;
+        let lens: Vec<f64> = solution.iter().skip(6 * num_free).copied().collect();
+        for (equations, change) in self.lens.iter().zip(&lens) {
+            for (right, by_point) in right.iter_mut().zip(&equations.by_point) {
+                *right -= by_point * *change;
+            }
         }
         Some(Step {
             cameras: self.slots.iter().map(|slot| slot.map(twist)).collect(),
             points: right.iter().zip(&inverses).map(|(right, inverse)| inverse * right).collect(),
-            lens: change,
+            lens,
         })
     }
 
@@ -307,39 +328,46 @@ impl NormalEquations {
                 subtract_symmetric(&mut blocks[at(*slot, *slot)], &product, by_point);
             }
         });
-        let size = 6 * num_free + usize::from(self.lens.is_some());
-        let mut vector = DVector::zeros(size);
+        let mut vector = DVector::zeros(6 * num_free + self.lens.len());
         for (slot, gradient) in gradient.iter().enumerate() {
             vector.fixed_rows_mut::<6>(6 * slot).copy_from(gradient);
         }
-        let lens = self.lens.as_ref().map(|lens| {
-            let (by_camera, own, gradient) = self.reduced_lens(lens, bundle, inverses);
-            vector[size - 1] = gradient;
-            (by_camera, own)
-        });
+        let lens = self.reduced_lens(bundle, inverses);
+        for (i, lens) in lens.iter().enumerate() {
+            vector[6 * num_free + i] = lens.gradient;
+        }
         Reduced { num_free, blocks, lens, vector }
     }
 
-    /// The equation of the lens with the points eliminated: its blocks with the cameras, its own, and the right side.
-    fn reduced_lens(
-        &self,
-        lens: &LensEquations,
-        bundle: &Bundle,
-        inverses: &[Matrix3<f64>],
-    ) -> (Vec<Vector6<f64>>, f64, f64) {
-        let (mut by_camera, mut own, mut gradient) = (lens.by_camera.clone(), lens.own, lens.gradient);
-        let products: Vec<Vector3<f64>> =
-            lens.by_point.iter().zip(inverses).map(|(by_point, inverse)| inverse * by_point).collect();
-        for (i, product) in products.iter().enumerate() {
-            own -= product.dot(&lens.by_point[i]);
-            gradient -= product.dot(&self.point_gradient[i]);
-        }
-        self.for_each_point(bundle, |_, group, free| {
-            for (slot, by_point) in free {
-                by_camera[*slot] -= by_point * products[group[0].point];
+    /// The equations of the lens with the points eliminated.
+    fn reduced_lens(&self, bundle: &Bundle, inverses: &[Matrix3<f64>]) -> Vec<LensEquations> {
+        let mut reduced = self.lens.clone();
+        for (equations, reduced) in self.lens.iter().zip(&mut reduced) {
+            let products: Vec<Vector3<f64>> = equations
+                .by_point
+                .iter()
+                .zip(inverses)
+                .map(|(by_point, inverse)| inverse * by_point)
+                .collect();
+            for (own, other) in reduced.own.iter_mut().zip(&self.lens) {
+                *own -= products
+                    .iter()
+                    .zip(&other.by_point)
+                    .map(|(product, other)| product.dot(other))
+                    .sum::<f64>();
             }
-        });
-        (by_camera, own, gradient)
+            reduced.gradient -= products
+                .iter()
+                .zip(&self.point_gradient)
+                .map(|(product, gradient)| product.dot(gradient))
+                .sum::<f64>();
+            self.for_each_point(bundle, |_, group, free| {
+                for (slot, by_point) in free {
+                    reduced.by_camera[*slot] -= by_point * products[group[0].point];
+                }
+            });
+        }
+        reduced
     }
 }
 
@@ -456,12 +484,7 @@ pub fn linearize(
     huber: f64,
 ) -> Option<Linearized> {
     let camera = &bundle.cameras[observation.camera];
-    let mut observation = *observation;
-    let mut by_lens = Vector2::zeros();
-    if let Some(lens) = &bundle.lens {
-        observation.ray += lens.ray_by_change[i] * lens.change;
-        by_lens = -observation.whitening * lens.ray_by_change[i];
-    }
+    let observation = bundle.seen(i, observation, bundle.lens.iter().map(|lens| lens.change));
     let error = residual_of(camera, &bundle.points[observation.point], &observation)?;
     let point = camera.transform(&bundle.points[observation.point]);
     let norm = error.norm();
@@ -474,7 +497,7 @@ pub fn linearize(
         error,
         by_camera: image_by_twist(&by_point_in_camera, &point.coords),
         by_point: by_point_in_camera * camera.rotation(),
-        by_lens,
+        off: Vector2::new(x, y) - observation.ray,
         weight,
     })
 }

@@ -63,6 +63,29 @@ impl Bundle {
     }
 }
 
+impl Bundle {
+    /// Covariance of the parameters of the lens, if errors of observations were independent, with the same prior of the cameras as [`Bundle::errors`].
+    #[must_use]
+    pub fn lens_covariance(&self, huber: f64, prior: (f64, f64)) -> Option<DMatrix<f64>> {
+        let mut equations = NormalEquations::of(self, huber);
+        for own in &mut equations.cameras {
+            for i in 0..6 {
+                own[(i, i)] += if i < 3 { prior.0 } else { prior.1 }.powi(-2);
+            }
+        }
+        let reduced = equations.reduced(self, &equations.point_inverses(LEAST), 0.0);
+        let factor = reduced.skyline().cholesky()?;
+        let (size, num) = (reduced.vector.len(), self.lens.len());
+        let column = |i: usize| {
+            let mut unit = DVector::zeros(size);
+            unit[size - num + i] = 1.0;
+            factor.solve(&unit)
+        };
+        let columns: Vec<DVector<f64>> = (0..num).map(column).collect();
+        Some(DMatrix::from_fn(num, num, |i, j| columns[j][size - num + i]))
+    }
+}
+
 /// Takes covariances from where one camera is held to where all of them are together.
 struct Gauge {
     /// Twist of each camera by a similarity.
