@@ -1,11 +1,29 @@
 //! The places of the frames so far, or of the newest ones.
 
-use crate::{map::push_tightly, outcome::FramePose};
+use visloc_core::geom::{CameraFrame, Rigid3};
+
+use crate::{
+    map::{KeyframeId, push_tightly},
+    outcome::FramePose,
+};
+
+/// Where frames begin to hang on another keyframe: the place of the first of them on the one before.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seam {
+    /// Number of that frame.
+    pub number: usize,
+    /// The keyframe before, and the frame's pose relative to it.
+    pub place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>),
+    /// Scale of that keyframe then.
+    pub scale: f64,
+}
 
 /// Frames in order, by number. Memory is bounded if only the newest are to be remembered.
 #[derive(Debug, Default)]
 pub(crate) struct FrameLog {
     poses: Vec<FramePose>,
+    /// In order.
+    seams: Vec<Seam>,
     /// Number of the first frame that is remembered.
     first: usize,
     /// At least so many of the newest frames are remembered; `None` remembers all.
@@ -24,12 +42,22 @@ impl FrameLog {
             let num_old = self.poses.len() - least;
             self.poses.drain(..num_old);
             self.first += num_old;
+            self.seams.retain(|seam| seam.number >= self.first);
         }
     }
 
     /// The frames that are remembered.
     pub fn poses(&self) -> &[FramePose] {
         &self.poses
+    }
+
+    /// Notes where a frame is on another keyframe than the one that it hangs on from now on.
+    pub fn add_seam(&mut self, seam: Seam) {
+        push_tightly(&mut self.seams, seam);
+    }
+
+    pub fn seams(&self) -> &[Seam] {
+        &self.seams
     }
 
     pub fn has_forgotten(&self) -> bool {
@@ -49,8 +77,10 @@ impl FrameLog {
         self.poses.get_mut(number.checked_sub(self.first)?)
     }
 
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut FramePose> {
-        self.poses.iter_mut()
+    /// No frame has a place any more.
+    pub fn forget_places(&mut self) {
+        self.poses.iter_mut().for_each(|frame| frame.place = None);
+        self.seams.clear();
     }
 }
 

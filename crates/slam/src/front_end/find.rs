@@ -147,7 +147,7 @@ impl FrontEnd {
         self.phase = Phase::Starting;
         self.map = Map::new();
         self.epoch += 1;
-        self.frames.iter_mut().for_each(|frame| frame.place = None);
+        self.frames.forget_places();
         None
     }
 }

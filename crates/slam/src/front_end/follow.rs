@@ -5,12 +5,14 @@ use nalgebra::Matrix6;
 use super::{FrontEnd, Keeping};
 use crate::{
     config::TrackingConfig,
+    frame_log::Seam,
+    map::KeyframeId,
     mapping::KeyframeDecision,
     odometry::CameraMotion,
     outcome::{FrameOutcome, TrackingState},
     schedule::{FrameJob, Job},
     timing::StageTimer,
-    track::{FrameWork, Incoming, Quality, TrackReport, focal_px},
+    track::{Frame, FrameWork, Incoming, Quality, TrackReport, focal_px},
 };
 
 /// Landmarks of a fixed map that show its place well, in units of the fewest from which a pose counts: as long as an image has as many,
@@ -104,6 +106,18 @@ impl FrontEnd {
         }
     }
 
+    /// Hangs this frame and the next ones on an earlier keyframe.
+    fn go_back_to(&mut self, earlier: KeyframeId, frame: &Frame) {
+        let before = std::mem::replace(&mut self.anchor, earlier);
+        // Fixed ones never move beside each other.
+        let stay = self.map.is_fixed(before) && self.map.is_fixed(earlier);
+        if earlier != before && !stay && self.map.map_of(before) == self.map.map_of(earlier) {
+            let place = (before, frame.camera_from_world * self.map.pose_of(before).inverse());
+            let scale = self.map.scale_of(before);
+            self.frames.add_seam(Seam { number: frame.number, place, scale });
+        }
+    }
+
     /// Takes over a tracked frame and decides whether it should become a keyframe.
     pub(super) fn accept(
         &mut self,
@@ -137,7 +151,7 @@ impl FrontEnd {
             self.rule.decide(&self.map, self.anchor, &report, focal_px(&self.camera))
         };
         if let KeyframeDecision::GoBackTo(earlier) = decision {
-            self.anchor = earlier;
+            self.go_back_to(earlier, &report.frame);
         }
         let makes_keyframe = decision == KeyframeDecision::Make;
         self.anchor_scale = self.map.scale_of(self.anchor);

@@ -4,6 +4,7 @@ mod begin;
 mod cross;
 mod find;
 mod follow;
+mod trajectory;
 mod update;
 
 use std::sync::Arc;
@@ -15,11 +16,10 @@ use crate::{
     config::SlamConfig,
     frame_log::FrameLog,
     image::Pyramid,
-    lie::CameraFromWorld,
     map::{Crossing, KeyframeId, Map, MapId, SessionCamera},
     mapping::KeyframeRule,
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
-    outcome::{FrameError, FrameOutcome, FramePose, TrajectoryPose},
+    outcome::{FrameError, FrameOutcome, FramePose},
     recognize::Relocator,
     schedule::{Job, Order},
     start::Initializer,
@@ -144,23 +144,6 @@ impl FrontEnd {
             front_end.relocator.doubt();
         }
         front_end
-    }
-
-    /// Poses of all frames that have one, with all corrections of the map so far.
-    pub fn trajectory(&self) -> Vec<TrajectoryPose> {
-        let pose = |frame: &FramePose| {
-            let world_from_camera = self.camera_from_world(frame)?.inverse();
-            let map = self.map.map_of(frame.place?.0)?;
-            let FramePose { at, is_filled_in, is_carried, .. } = *frame;
-            Some(TrajectoryPose { at, world_from_camera, map, is_filled_in, is_carried })
-        };
-        self.frames.poses().iter().filter_map(pose).collect()
-    }
-
-    fn camera_from_world(&self, frame: &FramePose) -> Option<CameraFromWorld> {
-        let (keyframe, camera_from_keyframe) = frame.place?;
-        self.map.map_of(keyframe)?;
-        Some(self.map.pose_on(keyframe, &camera_from_keyframe, frame.scale))
     }
 
     /// Takes the next frame; says what became of it and what the mapper should do.

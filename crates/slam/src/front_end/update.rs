@@ -4,9 +4,10 @@ use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use super::{FrontEnd, Phase};
 use crate::{
+    frame_log::Seam,
     lie::CameraFromWorld,
     map::{KeyframeId, Map},
-    outcome::Mapped,
+    outcome::{FramePose, Mapped},
     schedule::Update,
 };
 
@@ -65,6 +66,9 @@ impl FrontEnd {
 
     /// Hangs a frame that has become a keyframe on itself, and the frames tracked since then on it, too.
     fn rehang(&mut self, number: usize, keyframe: KeyframeId, camera_from_world: &CameraFromWorld) {
+        if let Some(FramePose { place: Some(place), scale, .. }) = self.frames.get(number).copied() {
+            self.frames.add_seam(Seam { number, place, scale });
+        }
         // The keyframe has just been made: its scale is 1.
         self.anchor_scale = 1.0;
         let world_from_keyframe = camera_from_world.inverse();
