@@ -22,6 +22,57 @@ pub struct Observation {
     pub covariance_px: Matrix2<f64>,
 }
 
+/// An observation as it is kept: a map of many rooms consists of little else. Single precision is a ten-thousandth of a pixel; of a covariance the root
+/// is kept, so that it stays one where it is long and thin.
+#[derive(Debug, Clone, Copy)]
+struct MeasuredObservation {
+    keyframe: KeyframeId,
+    px: [f32; 2],
+    ray: [f32; 2],
+    /// Lower triangle, row by row.
+    root_px: [f32; 3],
+    level: u8,
+}
+
+impl From<Observation> for MeasuredObservation {
+    fn from(observation: Observation) -> Self {
+        let Observation { keyframe, px, ray, level, covariance_px } = observation;
+        let (xx, xy, yy) = (covariance_px.m11, covariance_px.m12, covariance_px.m22);
+        let x = xx.sqrt();
+        let across = if x > 0.0 { xy / x } else { 0.0 };
+        let y = (yy - across * across).max(0.0).sqrt();
+        Self {
+            keyframe,
+            px: [px.x as f32, px.y as f32],
+            ray: plane_of(&ray),
+            root_px: [x, across, y].map(|root| root as f32),
+            level: level as u8,
+        }
+    }
+}
+
+impl MeasuredObservation {
+    fn get(&self) -> Observation {
+        let [x, y] = self.ray.map(f64::from);
+        let [xx, xy, yy] = self.root_px.map(f64::from);
+        Observation {
+            keyframe: self.keyframe,
+            px: self.px.map(f64::from).into(),
+            ray: Vector3::new(x, y, 1.0),
+            level: usize::from(self.level),
+            covariance_px: Matrix2::new(xx * xx, xx * xy, xx * xy, xy * xy + yy * yy),
+        }
+    }
+
+    fn ray_through(&self, camera: &Camera) -> [f32; 2] {
+        plane_of(&camera.bearing(&self.px.map(f64::from).into()))
+    }
+}
+
+fn plane_of(ray: &Vector3<f64>) -> [f32; 2] {
+    [ray.x as f32, ray.y as f32]
+}
+
 /// Steps of a correlation.
 pub(super) const CORRELATIONS: f64 = 128.0;
 
@@ -68,14 +119,14 @@ pub struct Observations(Kept);
 
 #[derive(Debug, Clone)]
 enum Kept {
-    Measured(Vec<Observation>),
+    Measured(Vec<MeasuredObservation>),
     /// All through one camera.
     Short(Arc<SessionCamera>, Box<[ShortObservation]>),
 }
 
 impl From<Vec<Observation>> for Observations {
     fn from(observations: Vec<Observation>) -> Self {
-        Self(Kept::Measured(observations))
+        Self(Kept::Measured(observations.into_iter().map(MeasuredObservation::from).collect()))
     }
 }
 
@@ -87,7 +138,8 @@ impl Observations {
                 Self(Kept::Short(Arc::clone(camera), observations.iter().map(|(short, _)| *short).collect()))
             }
             _ => {
-                let observations = observations.iter().map(|(short, camera)| short.through(&camera.camera));
+                let observations =
+                    observations.iter().map(|(short, camera)| short.through(&camera.camera).into());
                 Self(Kept::Measured(observations.collect()))
             }
         }
@@ -118,7 +170,7 @@ impl Observations {
     #[must_use]
     pub fn at(&self, index: usize) -> Observation {
         match &self.0 {
-            Kept::Measured(observations) => observations[index],
+            Kept::Measured(observations) => observations[index].get(),
             Kept::Short(camera, observations) => observations[index].through(&camera.camera),
         }
     }
@@ -152,9 +204,24 @@ impl Observations {
         self.keyframes().position(|other| other == keyframe).map(|index| self.at(index))
     }
 
-    /// Whether all were made by one camera that looks like this one.
-    pub(super) fn are_through(&self, camera: &Camera) -> bool {
-        matches!(&self.0, Kept::Short(by, _) if by.camera == *camera)
+    /// Whether the rays of these keyframes are those of this camera.
+    pub(super) fn are_through(&self, camera: &Camera, is_own: impl Fn(KeyframeId) -> bool) -> bool {
+        match &self.0 {
+            Kept::Short(by, observations) => {
+                by.camera == *camera || !observations.iter().any(|it| is_own(it.keyframe))
+            }
+            Kept::Measured(observations) => {
+                let mut own = observations.iter().filter(|it| is_own(it.keyframe));
+                own.all(|it| it.ray == it.ray_through(camera))
+            }
+        }
+    }
+
+    /// Makes the rays of these keyframes anew.
+    pub(super) fn look_through(&mut self, camera: &Camera, is_own: impl Fn(KeyframeId) -> bool) {
+        for observation in self.change().iter_mut().filter(|it| is_own(it.keyframe)) {
+            observation.ray = observation.ray_through(camera);
+        }
     }
 
     /// The same with other numbers of the keyframes.
@@ -173,13 +240,18 @@ impl Observations {
 
     /// Adds one. A map consists of little else, so no room is made for many more.
     pub(super) fn push(&mut self, observation: Observation) {
-        push_tightly(self.change(), observation);
+        push_tightly(self.change(), observation.into());
+    }
+
+    /// Takes out what a keyframe sees.
+    pub(super) fn remove(&mut self, keyframe: KeyframeId) {
+        self.change().retain(|observation| observation.keyframe != keyframe);
     }
 
     /// To be changed.
-    pub(super) fn change(&mut self) -> &mut Vec<Observation> {
+    fn change(&mut self) -> &mut Vec<MeasuredObservation> {
         if let Kept::Short(..) = &self.0 {
-            self.0 = Kept::Measured(self.iter().collect());
+            self.0 = Kept::Measured(self.iter().map(MeasuredObservation::from).collect());
         }
         match &mut self.0 {
             Kept::Measured(observations) => observations,
@@ -201,6 +273,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_covariance_stays_one_however_thin_it_is() {
+        let (along, across): (f64, f64) = (1e4, 1e-6);
+        let (sin, cos) = 0.7_f64.sin_cos();
+        let xy = (along - across) * sin * cos;
+        let thin = Matrix2::new(
+            along * cos * cos + across * sin * sin,
+            xy,
+            xy,
+            along * sin * sin + across * cos * cos,
+        );
+        let observation = Observation {
+            keyframe: KeyframeId(3),
+            px: nalgebra::Point2::new(611.25, 17.5),
+            ray: Vector3::new(0.25, -0.125, 1.0),
+            level: 3,
+            covariance_px: thin,
+        };
+        let kept = Observations::from(vec![observation]).at(0);
+        assert_eq!((kept.px, kept.ray, kept.level), (observation.px, observation.ray, 3));
+        let root = kept.covariance_px.cholesky().unwrap();
+        let error = (root.determinant() / (along * across) - 1.0).abs();
+        assert!(error < 1e-4, "{error}");
+    }
+
+    #[test]
     fn short_ones_are_what_they_are_when_measured() {
         let camera = Camera::pinhole((640, 480), (500.0, 510.0), (320.0, 240.0)).unwrap();
         let session = || Arc::new(SessionCamera { calibrated: camera, camera });
@@ -214,13 +311,16 @@ mod tests {
         let (one, other) = (session(), session());
         let of_one = Observations::read(&[4, 2, 9].map(|id| (short(id), Arc::clone(&one))));
         let of_two = Observations::read(&[(short(4), Arc::clone(&one)), (short(2), other), (short(9), one)]);
-        assert!(of_one.are_through(&camera) && !of_two.are_through(&camera));
-        let text = |observations: &Observations| format!("{:?}", observations.iter().collect::<Vec<_>>());
-        assert_eq!(text(&of_one), text(&of_two));
+        for (one, two) in of_one.iter().zip(of_two.iter()) {
+            assert_eq!((one.keyframe, one.px, one.level), (two.keyframe, two.px, two.level));
+            assert!((one.ray - two.ray).norm() < 1e-7, "{} is not {}", one.ray, two.ray);
+            let off = one.covariance_px - two.covariance_px;
+            assert!(off.norm() < 1e-7 * one.covariance_px.norm(), "{off}");
+        }
         assert_eq!(of_one.of(KeyframeId(2)).map(|it| it.ray), Some(camera.bearing(&short(2).px())));
         let mut changed = of_one.renumbered(|id| KeyframeId(id.0 + 1));
         assert_eq!(changed.keyframes().collect::<Vec<_>>(), [5, 3, 10].map(KeyframeId));
-        changed.change().remove(1);
+        changed.remove(KeyframeId(3));
         assert_eq!((changed.len(), of_one.len(), changed.of(KeyframeId(3)).is_none()), (2, 3, true));
     }
 }

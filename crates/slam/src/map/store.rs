@@ -178,19 +178,10 @@ impl Map {
         let is_own: Vec<bool> = self.keyframes.iter().map(|keyframe| keyframe.foreign.is_none()).collect();
         for index in 0..self.landmarks.len() {
             let landmark = &self.landmarks[index];
-            if !landmark.is_alive() || landmark.observations.are_through(camera) {
-                continue;
-            }
             // What stays as it is stays shared with other copies.
-            let is_changed = |observation: Observation| {
-                is_own[observation.keyframe.index()] && observation.ray != camera.bearing(&observation.px)
-            };
-            if !landmark.observations.iter().any(is_changed) {
-                continue;
-            }
-            let of_own = |observation: &&mut Observation| is_own[observation.keyframe.index()];
-            for observation in self.landmarks[index].observations.change().iter_mut().filter(of_own) {
-                observation.ray = camera.bearing(&observation.px);
+            let is_own = |id: KeyframeId| is_own[id.index()];
+            if landmark.is_alive() && !landmark.observations.are_through(camera, is_own) {
+                self.landmarks[index].observations.look_through(camera, is_own);
             }
         }
     }
@@ -250,7 +241,7 @@ impl Map {
             return;
         }
         let landmark = &mut self.landmarks[id.index()];
-        landmark.observations.change().retain(|observation| observation.keyframe != keyframe);
+        landmark.observations.remove(keyframe);
         let least = if landmark.is_converged() { 2 } else { 1 };
         let is_too_few = landmark.observations.len() < least;
         self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
@@ -265,7 +256,7 @@ impl Map {
         if landmark.observations.keyframes().next().is_none_or(|host| host == keyframe) {
             return;
         }
-        landmark.observations.change().retain(|observation| observation.keyframe != keyframe);
+        landmark.observations.remove(keyframe);
         self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
     }
 

@@ -31,7 +31,7 @@ pub struct Described {
     pub landmark: Option<LandmarkId>,
 }
 
-/// A place of a keyframe in less memory, as far as files keep it.
+/// A place of a keyframe in less memory, as exact as files keep it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShortPlace {
     pub px: [f32; 2],
@@ -44,7 +44,7 @@ pub(crate) struct ShortPlace {
 #[derive(Debug, Clone, Default)]
 pub struct View {
     described: Vec<Described>,
-    /// Those of a keyframe that was read with its map, which has no others.
+    /// Those of a keyframe, which has no others.
     short: Vec<ShortPlace>,
 }
 
@@ -124,11 +124,14 @@ impl View {
             let observation = map.landmark(*landmark).observation_in(id)?;
             let level = observation.level;
             let place = |x, y| OrbDescriptor::new(pyramid.level(level), x, y);
-            describe(&observation.px, level as i32, Some(*landmark), place)
+            let Described { px, descriptor, .. } = describe(&observation.px, level as i32, None, place)?;
+            let px = [px.x as f32, px.y as f32];
+            Some(ShortPlace { px, level: level as u8, descriptor, landmark: *landmark })
         };
-        let mut all: Vec<Described> = keyframe.landmarks.iter().filter_map(described).collect();
-        all.shrink_to_fit();
-        all.into()
+        let short = keyframe.landmarks.iter().filter_map(described).collect();
+        let mut view = Self { described: Vec::new(), short };
+        view.shrink();
+        view
     }
 
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
