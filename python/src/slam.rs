@@ -72,7 +72,8 @@ impl Slam {
             config = config.with_toml(&text).map_err(refused)?;
         }
         let schedule = if threaded { Schedule::Threaded } else { Schedule::Sequential };
-        let slam = visloc::Slam::with_schedule(&camera.0, &config, seed, schedule).map_err(refused)?;
+        let mut slam = visloc::Slam::with_schedule(&camera.0, &config, seed, schedule).map_err(refused)?;
+        slam.set_packing(visloc::vmap::packing());
         Ok(Self(Mutex::new(slam)))
     }
 

@@ -5,7 +5,7 @@ use visloc_core::{Clock, GrayImage, Timestamp, geom::Camera};
 use crate::{
     config::{ConfigError, SlamConfig},
     front_end::{FrontEnd, Keeping},
-    map::{Map, MapId, SessionCamera},
+    map::{Map, MapId, Packing, SessionCamera},
     odometry::{MetricScale, OdomFromCamera},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
     schedule::{BackEnd, Order, Schedule, Worker},
@@ -138,6 +138,12 @@ impl Slam {
     /// Measures times with a clock.
     pub fn set_clock(&mut self, clock: Clock) {
         self.front_end.clock = clock;
+    }
+
+    /// From now on images of keyframes that the camera has not been near for long are packed, beside frames that become no keyframes. Without it
+    /// all images stay as they were taken.
+    pub fn set_packing(&mut self, packing: Packing) {
+        self.front_end.packing = Some(packing);
     }
 
     /// The camera as it is known now.

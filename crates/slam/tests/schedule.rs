@@ -2,14 +2,21 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use visloc_core::{
     CameraPose, CameraTrajectory, ImageSource, Source,
     eval::camera::{Alignment, absolute_error, associate},
 };
-use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
-use visloc_slam::{Schedule, Slam, SlamConfig, map::Map, mapping::Mapper};
+use visloc_io::{
+    image_codec::{decode_gray, encode_gray_png},
+    sequence::{SequenceRange, open_tum, read_camera_trajectory},
+};
+use visloc_slam::{
+    Schedule, Slam, SlamConfig,
+    map::{Keyframe, KeyframePicture, Map, Packing, PictureShelf},
+    mapping::Mapper,
+};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip")
@@ -24,9 +31,14 @@ enum Wait {
 }
 
 fn run(preset: &str, schedule: Schedule, wait: Wait) -> Slam {
+    run_packing(preset, schedule, wait, None)
+}
+
+fn run_packing(preset: &str, schedule: Schedule, wait: Wait, packing: Option<Packing>) -> Slam {
     let mut source = open_tum(&folder(), SequenceRange::default()).unwrap();
     let config = SlamConfig::preset(preset).unwrap();
     let mut slam = Slam::with_schedule(source.camera(), &config, 1, schedule).unwrap();
+    packing.into_iter().for_each(|packing| slam.set_packing(packing));
     let mut num_mapped = 0;
     while let Some(frame) = source.next_item() {
         let frame = frame.unwrap();
@@ -67,6 +79,29 @@ fn a_thread_that_is_waited_for_gives_the_bits_of_the_sequence() {
         assert!(!in_sequence.is_empty());
         assert_eq!(in_sequence, bits(&run(preset, Schedule::Sequential, Wait::EveryFrame)));
         assert_eq!(in_sequence, bits(&run(preset, Schedule::Threaded, Wait::EveryFrame)));
+    }
+}
+
+#[test]
+fn images_that_are_packed_without_loss_change_no_bit() {
+    let packing = || Packing {
+        pack: |image| encode_gray_png(image).ok(),
+        unpack: |bytes| decode_gray(bytes).ok(),
+        shelf: Arc::new(PictureShelf::new(2)),
+    };
+    let completed = |schedule, packing| {
+        let mut slam = run_packing("sdvl", schedule, Wait::EveryFrame, packing);
+        slam.complete();
+        let is_resting = |keyframe: &Keyframe| matches!(keyframe.picture, Some(KeyframePicture::Resting(_)));
+        let num_resting = slam.map().all_keyframes().filter(|(_, keyframe)| is_resting(keyframe)).count();
+        (bits(&slam), num_resting)
+    };
+    let (unpacked, num_resting) = completed(Schedule::Sequential, None);
+    assert_eq!(num_resting, 0);
+    for schedule in [Schedule::Sequential, Schedule::Threaded] {
+        let (packed, num_resting) = completed(schedule, Some(packing()));
+        assert!(num_resting > 2, "{num_resting}");
+        assert_eq!(packed, unpacked);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use visloc_core::GrayImage;
 use visloc_io::image_codec::{decode_gray, encode_gray_jpeg};
-use visloc_slam::map::{KeyframePicture, PackedPicture, PictureShelf};
+use visloc_slam::map::{KeyframePicture, PackedPicture, Packing, PictureShelf};
 
 /// Bytes that a keyframe may take, with its image and its share of all else.
 const MOST_BYTES: usize = 39_500;
@@ -12,6 +12,10 @@ const MOST_BYTES: usize = 39_500;
 const LEAST_BYTES: usize = 8_000;
 /// Qualities that are tried, until one is small enough.
 const QUALITIES: [u8; 8] = [90, 80, 70, 60, 50, 40, 25, 10];
+/// Quality of images that are packed while a run goes on.
+const RESTING_QUALITY: u8 = 80;
+/// Images of a run that are at hand, and as many that were unpacked: twice those of the local map of a frame.
+const AT_HAND: usize = 32;
 /// Images that are kept unpacked; about 1.4 bytes a pixel each.
 pub const SHELF_PICTURES: usize = 64;
 /// Levels of the pyramids that are made of them.
@@ -22,11 +26,14 @@ pub fn budget(others: usize) -> usize {
     MOST_BYTES.saturating_sub(others).max(LEAST_BYTES)
 }
 
-/// The bytes of an image, so many if that is possible. One that was packed before stays as it is.
+/// The bytes of an image, so many if that is possible. One that is stored already stays as it is.
 pub fn packed(picture: &KeyframePicture, most_bytes: usize) -> Option<Vec<u8>> {
     let pyramid = match picture {
         KeyframePicture::Packed(packed) => return Some(packed.bytes().to_vec()),
-        KeyframePicture::Here(pyramid) => pyramid,
+        KeyframePicture::Resting(packed) if packed.bytes().len() <= most_bytes => {
+            return Some(packed.bytes().to_vec());
+        }
+        picture => picture.pyramid()?,
     };
     let mut smallest = None;
     for quality in QUALITIES {
@@ -42,6 +49,53 @@ pub fn packed(picture: &KeyframePicture, most_bytes: usize) -> Option<Vec<u8>> {
 
 /// An image of packed bytes.
 pub fn unpacked(bytes: Vec<u8>, size_px: (u32, u32), shelf: &Arc<PictureShelf>) -> KeyframePicture {
-    let unpack = |bytes: &[u8]| -> Option<GrayImage> { decode_gray(bytes).ok() };
     KeyframePicture::Packed(Arc::new(PackedPicture::new(bytes, size_px, NUM_LEVELS, unpack, shelf)))
+}
+
+fn unpack(bytes: &[u8]) -> Option<GrayImage> {
+    decode_gray(bytes).ok()
+}
+
+/// How a run packs the images of keyframes that the camera has not been near for long ([`visloc_slam::Slam::set_packing`]): as JPEG, in an eighth of
+/// the memory. The 32 keyframes that it was near last keep their images as they were taken, and as many images are kept that were unpacked last.
+#[must_use]
+pub fn packing() -> Packing {
+    let pack = |image: &GrayImage| encode_gray_jpeg(image, RESTING_QUALITY).ok();
+    Packing { pack, unpack, shelf: Arc::new(PictureShelf::new(AT_HAND)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use visloc_slam::image::Pyramid;
+
+    use super::*;
+
+    /// Blocks of many grays.
+    fn image() -> GrayImage {
+        let mut image = GrayImage::new(160, 120);
+        for (i, value) in image.data_mut().iter_mut().enumerate() {
+            let (column, row) = (i % 160 / 8, i / 160 / 8);
+            *value = (column * 37 + row * 91 + column * row * 13) as u8;
+        }
+        image
+    }
+
+    #[test]
+    fn a_file_takes_over_what_rests_if_it_is_small_enough() {
+        let taken = KeyframePicture::Here(Arc::new(Pyramid::new(image(), NUM_LEVELS)));
+        let packing = packing();
+        let resting = packing.packed(&taken).unwrap();
+        assert!(packing.packed(&resting).is_none(), "it is packed already");
+        let KeyframePicture::Resting(bytes) = &resting else { panic!("{resting:?}") };
+        let num = bytes.bytes().len();
+        assert_eq!(packed(&resting, num).unwrap(), bytes.bytes());
+        let smaller = packed(&resting, num - 1).unwrap();
+        assert!(smaller.len() < num, "{} of {num}", smaller.len());
+        let (before, after) = (taken.pyramid().unwrap(), resting.pyramid().unwrap());
+        assert_eq!(before.num_levels(), after.num_levels());
+        let levels = before.level(0).data().iter().zip(after.level(0).data());
+        let square = |(a, b): (&u8, &u8)| (f64::from(*a) - f64::from(*b)).powi(2);
+        let rms = (levels.map(square).sum::<f64>() / f64::from(160 * 120)).sqrt();
+        assert!(rms < 6.0, "{rms} gray levels");
+    }
 }

@@ -4,7 +4,7 @@
 //! it comes from, and the sessions that made it. A file consists of sections, each with its own check sum, so that damage is told by
 //! name and costs no more than the section; the layout stands in `docs/map-files.md`.
 //!
-//! Lengths are in map units, or in meters where the scale is known ([`MapScale`]).
+//! Lengths are in map units, or in meters where the scale is known ([`MapScale`]). While SLAM runs, [`packing`] keeps its images small.
 
 mod align;
 mod care;
@@ -28,5 +28,6 @@ pub use evidence::Hypothesis;
 pub use export::{ColmapModel, NerfstudioModel, picture_name};
 pub use file::{load, save};
 pub use ground::{Ground, find_ground};
+pub use image::packing;
 pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer, Support};
 pub use visual_map::{MapScale, OpenedMap, ScaleSource, Session, VisualMap};

@@ -17,6 +17,7 @@ use visloc_slam::{
 use crate::{
     ScaleSource, VisualMap,
     evidence::{Evidence, Hypothesis, LEAST_OF_MAP},
+    packing,
 };
 
 /// From this reliability on a camera counts as localized, as a robot on a drawn map does.
@@ -160,7 +161,8 @@ impl MapLocalizer {
         config: &SlamConfig,
         seed: u64,
     ) -> Result<Self, ConfigError> {
-        let slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
+        let mut slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
+        slam.set_packing(packing());
         let errors = MapErrors::of(slam.map(), camera);
         Ok(Self {
             slam,

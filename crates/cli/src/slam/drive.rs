@@ -10,7 +10,7 @@ use visloc_slam::{
     map::{Map, MapId},
     odometry::MetricScale,
 };
-use visloc_vmap::VisualMap;
+use visloc_vmap::{VisualMap, packing};
 
 use super::{FramePictures, Pace, SlamHistory};
 use crate::{host::host, run::Progress, stopwatch::thread_cpu_secs};
@@ -252,6 +252,7 @@ fn start(camera: &Camera, config: &SlamConfig, seed: u64, options: &RunOptions<'
         None => Slam::with_schedule(camera, config, seed, options.schedule)?,
     };
     slam.set_clock(Clock::new(thread_cpu_secs));
+    slam.set_packing(packing());
     if let Some(most) = options.most_records {
         slam.remember_frames(most);
     }

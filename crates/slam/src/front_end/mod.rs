@@ -16,7 +16,7 @@ use crate::{
     config::SlamConfig,
     frame_log::FrameLog,
     image::Pyramid,
-    map::{Crossing, KeyframeId, Map, MapId, SessionCamera},
+    map::{Crossing, KeyframeId, Map, MapId, Packing, SessionCamera},
     mapping::KeyframeRule,
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose},
@@ -58,6 +58,8 @@ pub(crate) struct FrontEnd {
     config: SlamConfig,
     rng: Rng,
     pub clock: Clock,
+    /// How images that have rested are packed.
+    pub packing: Option<Packing>,
     /// The map as tracking sees it.
     pub map: Map,
     /// Grows with every map that is started and when all are given up.
@@ -104,6 +106,7 @@ impl FrontEnd {
             config: config.clone(),
             rng: RngTree::new(seed).stream("slam", 0),
             clock: Clock::still(),
+            packing: None,
             map: Map::new(),
             epoch: 0,
             initializer: Initializer::new(camera, config),
@@ -175,12 +178,16 @@ impl FrontEnd {
             Phase::Lost => self.relocalize(&incoming, &mut outcome, &mut timer),
         };
         outcome.tracking = timer.finish();
-        Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock.clone(), job })))
+        Ok((outcome, job.map(|job| self.order(job))))
     }
 
     /// What the mapper does when no more images come.
     pub fn completion(&self) -> Order {
-        Order { epoch: self.epoch, clock: self.clock.clone(), job: Job::Complete }
+        self.order(Job::Complete)
+    }
+
+    fn order(&self, job: Job) -> Order {
+        Order { epoch: self.epoch, clock: self.clock.clone(), packing: self.packing.clone(), job }
     }
 
     fn check_frame(&self, at: Timestamp, image: &GrayImage) -> Result<(), FrameError> {

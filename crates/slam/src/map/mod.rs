@@ -16,7 +16,7 @@ pub use keyframe::{Keyframe, KeyframeId, MapId, SessionCamera};
 pub use landmark::{Landmark, LandmarkId, LandmarkState};
 pub(crate) use observations::push_tightly;
 pub use observations::{Observation, Observations};
-pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};
+pub use picture::{KeyframePicture, Pack, PackedPicture, Packing, PictureShelf, Unpack};
 pub use several::{Correction, Offsets};
 pub(crate) use store::most_shared;
 pub use store::{Map, NewKeyframe, scaled};

@@ -1,4 +1,4 @@
-//! The images of keyframes: at hand, or packed and unpacked when they are looked at.
+//! The images of keyframes: at hand, or packed and unpacked when they are looked at. This crate has no codec: who has one passes it in.
 
 use std::{
     collections::VecDeque,
@@ -12,11 +12,16 @@ use crate::image::Pyramid;
 /// Makes an image of packed bytes; `None` if they are no image.
 pub type Unpack = fn(&[u8]) -> Option<GrayImage>;
 
+/// Packs an image; `None` if that cannot be done.
+pub type Pack = fn(&GrayImage) -> Option<Vec<u8>>;
+
 /// The image of a keyframe.
 #[derive(Debug, Clone)]
 pub enum KeyframePicture {
     /// As it was taken.
     Here(Arc<Pyramid>),
+    /// Packed since the camera has not been near it for long.
+    Resting(Arc<PackedPicture>),
     /// As it was stored.
     Packed(Arc<PackedPicture>),
 }
@@ -27,8 +32,32 @@ impl KeyframePicture {
     pub fn pyramid(&self) -> Option<Arc<Pyramid>> {
         match self {
             Self::Here(pyramid) => Some(Arc::clone(pyramid)),
-            Self::Packed(packed) => packed.pyramid(),
+            Self::Resting(packed) | Self::Packed(packed) => packed.pyramid(),
         }
+    }
+}
+
+/// How images that nobody has looked at for long are packed, so that a run over many places does not need the memory of all their images.
+#[derive(Debug, Clone)]
+pub struct Packing {
+    /// Packs an image.
+    pub pack: Pack,
+    /// Unpacks it.
+    pub unpack: Unpack,
+    /// Where unpacked ones are kept. As many stay at hand unpacked in the first place.
+    pub shelf: Arc<PictureShelf>,
+}
+
+impl Packing {
+    /// The packed image; `None` if it is packed already or cannot be packed.
+    #[must_use]
+    pub fn packed(&self, picture: &KeyframePicture) -> Option<KeyframePicture> {
+        let KeyframePicture::Here(pyramid) = picture else { return None };
+        let image = pyramid.level(0);
+        let size_px = (image.width() as u32, image.height() as u32);
+        let bytes = (self.pack)(image)?;
+        let packed = PackedPicture::new(bytes, size_px, pyramid.num_levels(), self.unpack, &self.shelf);
+        Some(KeyframePicture::Resting(Arc::new(packed)))
     }
 }
 
@@ -92,6 +121,12 @@ impl PictureShelf {
     #[must_use]
     pub fn new(most: usize) -> Self {
         Self { most, kept: Mutex::default() }
+    }
+
+    /// How many images it has room for.
+    #[must_use]
+    pub fn most(&self) -> usize {
+        self.most
     }
 
     fn put(&self, pyramid: &Arc<Pyramid>) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use visloc_core::geom::{CameraFrame, Rigid3};
 
 use super::{
-    Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Map, MapId,
+    Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Map, MapId, Packing,
     keyframe::Anchor,
     store::{center, scaled},
 };
@@ -310,6 +310,13 @@ impl Map {
         let view = Arc::new(view);
         Arc::make_mut(&mut self.index).add(id, &view);
         self.keyframes[id.index()].view = Some(view);
+    }
+
+    /// Packs the image of a keyframe that is at hand.
+    pub(crate) fn pack_picture(&mut self, id: KeyframeId, packing: &Packing) {
+        if let Some(packed) = self.keyframe(id).picture.as_ref().and_then(|picture| packing.packed(picture)) {
+            self.keyframes[id.index()].picture = Some(packed);
+        }
     }
 
     /// Forgets what a keyframe looks like.

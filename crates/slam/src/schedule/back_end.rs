@@ -2,7 +2,7 @@
 
 use visloc_core::geom::Camera;
 
-use super::{FrameJob, Job, Order, Update};
+use super::{FrameJob, Job, Order, Update, at_hand::AtHand};
 use crate::{
     atlas::{Recognizer, was_seen_again},
     config::SlamConfig,
@@ -20,6 +20,7 @@ pub(crate) struct BackEnd {
     map: Map,
     mapper: Mapper,
     recognizer: Recognizer,
+    at_hand: AtHand,
 }
 
 impl BackEnd {
@@ -29,6 +30,7 @@ impl BackEnd {
             map: Map::new(),
             mapper: Mapper::new(camera, config),
             recognizer: Recognizer::new(camera, config, seed),
+            at_hand: AtHand::default(),
         }
     }
 
@@ -38,13 +40,14 @@ impl BackEnd {
             map: map.clone(),
             mapper: Mapper::resume(map, known, config),
             recognizer: Recognizer::new(&known.camera, config, seed),
+            at_hand: AtHand::of(map),
         }
     }
 
     /// Does one piece of work.
     pub fn process(&mut self, order: Order) -> Update {
         let was_awaited = order.must_be_done();
-        let Order { epoch, clock, job } = order;
+        let Order { epoch, clock, packing, job } = order;
         let mut timer = StageTimer::start(clock);
         let (camera_from_world, frame, report) = match job {
             Job::Adopt { started, is_only } => {
@@ -75,6 +78,10 @@ impl BackEnd {
             report.keyframe.and_then(|keyframe| self.recognizer.look(&mut self.map, keyframe, &mut timer));
         // Never together with the work on a keyframe.
         let has_moved = was_awaited || self.recognizer.adjust(&mut self.map, &mut timer);
+        if let Some(packing) = packing.filter(|_| !was_awaited) {
+            self.at_hand.pack_one(&mut self.map, &packing);
+            timer.end("pack");
+        }
         let mapped = Mapped { frame, report, meeting, times: timer.finish() };
         let (camera, map) = (*self.mapper.camera(), self.map.clone());
         Update { epoch, camera, map, camera_from_world, has_moved, was_awaited, mapped }
@@ -97,6 +104,7 @@ impl BackEnd {
         self.mapper.forget_candidates(&mut self.map);
         if is_only {
             self.map = Map::new();
+            self.at_hand = AtHand::default();
         }
         self.recognizer.forget();
         let offsets = self.map.append(&started.map);
@@ -104,6 +112,7 @@ impl BackEnd {
         self.mapper.restart(&mut self.map);
         self.mapper.populate(&mut self.map, second, first);
         for keyframe in [first, second] {
+            self.at_hand.add(keyframe);
             self.recognizer.describe(&mut self.map, keyframe);
         }
     }
@@ -118,6 +127,7 @@ impl BackEnd {
             self.map.activate(map);
         }
         self.map.count_matches(&report);
+        self.at_hand.come_near(&report.local_map.keyframes);
         let (mut frame, local) = (report.frame, report.local_map.landmarks);
         let anchor_now = self.map.pose_of(anchor);
         if anchor_now != anchor_from_world {
@@ -127,7 +137,9 @@ impl BackEnd {
             frame.camera_from_world = scaled(&from_anchor, grown) * anchor_now;
         }
         if makes_keyframe {
-            self.mapper.add_keyframe(&mut self.map, &frame, &local, timer)
+            let report = self.mapper.add_keyframe(&mut self.map, &frame, &local, timer);
+            report.keyframe.into_iter().for_each(|made| self.at_hand.add(made));
+            report
         } else {
             let report = self.mapper.add_frame(&mut self.map, &frame);
             timer.end("update points");

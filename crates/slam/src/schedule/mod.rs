@@ -1,6 +1,7 @@
 //! When tracking and mapping run: one after the other, or each on a thread of its own. Both exchange the same orders and
 //! updates; the mapper is the only writer of the map, and tracking reads a copy that shares what has not changed.
 
+mod at_hand;
 mod back_end;
 mod order;
 mod worker;

@@ -4,7 +4,7 @@ use visloc_core::{Clock, geom::Camera};
 
 use crate::{
     lie::CameraFromWorld,
-    map::{Crossing, KeyframeId, Map, MapId},
+    map::{Crossing, KeyframeId, Map, MapId, Packing},
     outcome::Mapped,
     start::StartedMap,
     track::TrackReport,
@@ -17,6 +17,8 @@ pub(crate) struct Order {
     pub epoch: usize,
     /// Measures the work.
     pub clock: Clock,
+    /// How images that have rested are packed; `None` if they stay as they are.
+    pub packing: Option<Packing>,
     /// The work.
     pub job: Job,
 }

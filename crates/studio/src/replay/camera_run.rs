@@ -58,6 +58,7 @@ fn started(camera: &Camera, settings: &SlamSettings, seed: u64, clock: Clock) ->
     let mut slam =
         Slam::new(camera, settings.config(), seed).map_err(|error| StudioError::input("SLAM", error))?;
     slam.set_clock(clock);
+    slam.set_packing(visloc_vmap::packing());
     Ok(slam)
 }
 

@@ -6,7 +6,7 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Rigid3, World},
 };
 use visloc_slam::{FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame};
-use visloc_vmap::{MapLocalizer, Session, VisualMap};
+use visloc_vmap::{MapLocalizer, Session, VisualMap, packing};
 
 use super::{
     in_map::MapViewer,
@@ -51,6 +51,7 @@ impl System {
                 };
                 let mut slam = slam.map_err(refused)?;
                 slam.set_clock(clock);
+                slam.set_packing(packing());
                 return Ok(Self::Mapping(Box::new(slam), SlamViewer::new(camera, title, truth, fields)));
             }
         };
