@@ -51,8 +51,8 @@ impl MapErrors {
             self.keyframes[id.index()] = Some((covariance * errors.design_effect, errors.design_effect));
         }
         for observation in &bundle.observations {
-            let covariance = (errors.points[observation.point] * errors.design_effect).cast();
-            self.landmarks[landmarks[observation.point].index()] = Some(covariance);
+            let covariance = within(&errors.points[observation.point], depth) * errors.design_effect;
+            self.landmarks[landmarks[observation.point].index()] = Some(covariance.cast());
         }
     }
 
@@ -84,6 +84,13 @@ impl MapErrors {
     }
 }
 
+/// A covariance of which no direction is off by more than a length: along a ray next to nothing may be known, and so large a number would leave
+/// single precision nothing to tell the other directions by.
+fn within(covariance: &Matrix3<f64>, most: f64) -> Matrix3<f64> {
+    let share = Matrix3::identity() + covariance / most.powi(2);
+    share.try_inverse().map_or(*covariance, |share| covariance * share)
+}
+
 /// What some keyframes see, and the landmarks; the first keyframe is held.
 fn among(map: &Map, keyframes: &[KeyframeId], focal_px: f64) -> (Bundle, Vec<LandmarkId>) {
     let (mut bundle, index) = collect(map, keyframes, focal_px);
@@ -98,4 +105,23 @@ fn among(map: &Map, keyframes: &[KeyframeId], focal_px: f64) -> (Bundle, Vec<Lan
     bundle.observations.iter().for_each(|observation| num_seen[observation.point] += 1);
     bundle.observations.retain(|observation| num_seen[observation.point] >= 2);
     (bundle, index.landmarks)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn single_precision_is_enough_for_a_place_of_which_the_distance_is_not_known() {
+        let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -0.7, 0.2));
+        let of = |variances: [f64; 3]| turn * Matrix3::from_diagonal(&variances.into()) * turn.transpose();
+        let limited: Matrix3<f32> = within(&of([1e-5, 4e-5, 1e11]), 3.0).cast();
+        let across = turn.transpose() * limited.cast::<f64>() * turn;
+        assert!((across.m11 / 1e-5 - 1.0).abs() < 0.2 && (across.m22 / 4e-5 - 1.0).abs() < 0.05, "{across}");
+        assert!((across.m33 - 9.0).abs() < 1e-3, "{across}");
+        let known = of([1e-5, 2e-5, 4e-4]);
+        assert!((within(&known, 3.0) - known).norm() < 1e-7);
+    }
 }
