@@ -87,6 +87,7 @@ fn images_that_are_packed_without_loss_change_no_bit() {
     let packing = || Packing {
         pack: |image| encode_gray_png(image).ok(),
         unpack: |bytes| decode_gray(bytes).ok(),
+        num_at_hand: 2,
         shelf: Arc::new(PictureShelf::new(2)),
     };
     let completed = |schedule, packing| {

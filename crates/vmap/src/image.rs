@@ -14,8 +14,10 @@ const LEAST_BYTES: usize = 8_000;
 const QUALITIES: [u8; 8] = [90, 80, 70, 60, 50, 40, 25, 10];
 /// Quality of images that are packed while a run goes on.
 const RESTING_QUALITY: u8 = 80;
-/// Images of a run that are at hand, and as many that were unpacked: twice those of the local map of a frame.
-const AT_HAND: usize = 32;
+/// Images of a run that stay as they were taken: SLAM keeps up to 150 keyframes of one room.
+const AT_HAND: usize = 160;
+/// Images of a run that are kept unpacked.
+const UNPACKED: usize = 32;
 /// Images that are kept unpacked; about 1.4 bytes a pixel each.
 pub const SHELF_PICTURES: usize = 64;
 /// Levels of the pyramids that are made of them.
@@ -57,11 +59,11 @@ fn unpack(bytes: &[u8]) -> Option<GrayImage> {
 }
 
 /// How a run packs the images of keyframes that the camera has not been near for long ([`visloc_slam::Slam::set_packing`]): as JPEG, in an eighth of
-/// the memory. The 32 keyframes that it was near last keep their images as they were taken, and as many images are kept that were unpacked last.
+/// the memory. The 160 keyframes that it was near last keep their images as they were taken, and 32 images are kept that were unpacked last.
 #[must_use]
 pub fn packing() -> Packing {
     let pack = |image: &GrayImage| encode_gray_jpeg(image, RESTING_QUALITY).ok();
-    Packing { pack, unpack, shelf: Arc::new(PictureShelf::new(AT_HAND)) }
+    Packing { pack, unpack, num_at_hand: AT_HAND, shelf: Arc::new(PictureShelf::new(UNPACKED)) }
 }
 
 #[cfg(test)]

@@ -44,7 +44,10 @@ pub struct Packing {
     pub pack: Pack,
     /// Unpacks it.
     pub unpack: Unpack,
-    /// Where unpacked ones are kept. As many stay at hand unpacked in the first place.
+    /// How many images stay as they were taken, those of the keyframes that the camera was near last. A landmark is looked for as it was seen first, in
+    /// whatever keyframe of the map: they should be as many as a room has, or images are unpacked again and again.
+    pub num_at_hand: usize,
+    /// Where unpacked ones are kept.
     pub shelf: Arc<PictureShelf>,
 }
 
@@ -121,12 +124,6 @@ impl PictureShelf {
     #[must_use]
     pub fn new(most: usize) -> Self {
         Self { most, kept: Mutex::default() }
-    }
-
-    /// How many images it has room for.
-    #[must_use]
-    pub fn most(&self) -> usize {
-        self.most
     }
 
     fn put(&self, pyramid: &Arc<Pyramid>) {

@@ -15,6 +15,10 @@ impl Mapper {
         if map.has_fixed() || !self.config.mapping.adjust_bundles || ids.len() > 2 * MOST_KEYFRAMES {
             return;
         }
+        // Everything may be seen from everywhere in a small map: each image would be unpacked again and again.
+        let is_small = ids.len() <= MOST_KEYFRAMES;
+        let held: Vec<_> =
+            ids.iter().filter(|_| is_small).filter_map(|id| map.keyframe(*id).pyramid()).collect();
         let adjust = |map: &mut Map| adjust_way(map, &self.config.mapping, focal_px(&self.camera));
         // Landmarks are found near where they should be only, so the first round brings the second one nearer.
         adjust(map);
@@ -22,6 +26,7 @@ impl Mapper {
             ids.iter().for_each(|id| self.link_all(map, *id));
             adjust(map);
         }
+        drop(held);
     }
 
     /// Looks in a keyframe for all landmarks around it that others see from nearly the same direction.

@@ -34,9 +34,14 @@ impl AtHand {
     pub fn pack_one(&mut self, map: &mut Map, packing: &Packing) {
         // Those that were culled have no image any more.
         self.keyframes.retain(|id| map.keyframe(*id).picture.is_some());
-        if self.keyframes.len() > packing.shelf.most() {
+        if self.keyframes.len() > packing.num_at_hand {
             map.pack_picture(self.keyframes.remove(0), packing);
         }
+    }
+
+    /// Packs all images.
+    pub fn pack_all(&mut self, map: &mut Map, packing: &Packing) {
+        self.keyframes.drain(..).for_each(|id| map.pack_picture(id, packing));
     }
 }
 
@@ -71,7 +76,8 @@ mod tests {
         let packing = Packing {
             pack: |image| Some(image.data().to_vec()),
             unpack: |bytes| GrayImage::from_raw(40, 30, bytes.to_vec()).ok(),
-            shelf: Arc::new(PictureShelf::new(3)),
+            num_at_hand: 3,
+            shelf: Arc::new(PictureShelf::new(1)),
         };
         at_hand.come_near(&[ids[0], ids[2]]);
         map.cull_keyframe(ids[4], ids[5]);
@@ -81,6 +87,8 @@ mod tests {
         let is_here = |id: &&KeyframeId| matches!(map.keyframe(**id).picture, Some(KeyframePicture::Here(_)));
         let here: Vec<&KeyframeId> = ids.iter().filter(is_here).collect();
         assert_eq!(here, [&ids[0], &ids[2], &ids[5]], "the culled one has none, and three are enough");
+        at_hand.pack_all(&mut map, &packing);
+        assert!(!ids.iter().any(|id| matches!(map.keyframe(*id).picture, Some(KeyframePicture::Here(_)))));
         let unpacked = map.keyframe(ids[1]).pyramid().unwrap();
         assert_eq!((unpacked.num_levels(), unpacked.level(0).width()), (1, 40));
     }

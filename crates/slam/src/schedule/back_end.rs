@@ -7,7 +7,7 @@ use crate::{
     atlas::{Recognizer, was_seen_again},
     config::SlamConfig,
     lie::CameraFromWorld,
-    map::{Map, SessionCamera, scaled},
+    map::{Map, Packing, SessionCamera, scaled},
     mapping::{Mapper, MappingReport},
     outcome::Mapped,
     start::StartedMap,
@@ -63,7 +63,7 @@ impl BackEnd {
                 (CameraFromWorld::identity(), usize::MAX, MappingReport::default())
             }
             Job::Complete => {
-                self.complete();
+                self.complete(packing.as_ref());
                 (CameraFromWorld::identity(), 0, MappingReport::default())
             }
             Job::Frame(job) => {
@@ -87,10 +87,16 @@ impl BackEnd {
         Update { epoch, camera, map, camera_from_world, has_moved, was_awaited, mapped }
     }
 
-    /// Completes the maps with places that were visited again. Elsewhere adjustments on the way have had all that there is.
-    fn complete(&mut self) {
+    /// Completes the maps with places that were visited again. Elsewhere adjustments on the way have had all that there is. The images of the map that
+    /// was tracked are at hand: it comes first, and makes room for the others.
+    fn complete(&mut self, packing: Option<&Packing>) {
         let active = self.map.active();
-        for map in self.map.maps() {
+        let mut maps = self.map.maps();
+        maps.sort_by_key(|map| *map != active);
+        for map in maps {
+            if let Some(packing) = packing.filter(|_| map != active) {
+                self.at_hand.pack_all(&mut self.map, packing);
+            }
             self.map.activate(map);
             if was_seen_again(&self.map) {
                 self.mapper.complete(&mut self.map);
