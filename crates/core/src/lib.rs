@@ -3,6 +3,7 @@
 //! the comparison of an estimate with the truth ([`eval`]).
 
 mod clock;
+pub mod diagnosis;
 pub mod eval;
 pub mod files;
 mod frame;

@@ -3,7 +3,10 @@
 //! Each image without a pose gets one [`Cause`]. [`RunCounters`] counts them while the run goes on, and tells at the end which
 //! ones kept the camera from being tracked. Sentences are left to whoever shows them.
 
-use visloc_core::{GrayImage, Timestamp};
+use visloc_core::{
+    GrayImage, Timestamp,
+    diagnosis::{BLACK, MAX_FINDINGS, NOTABLE_SHARE, WHITE},
+};
 
 use crate::{
     outcome::{FrameOutcome, TrackingState},
@@ -79,15 +82,8 @@ impl Cause {
 
 /// With a smaller share of tracked images a run needs an explanation: once it has begun, tracking should go on.
 const ENOUGH_TRACKED: f64 = 0.5;
-/// Causes of a smaller share of the images are not told, unless there is no greater one.
-const NOTABLE_SHARE: f64 = 0.2;
-/// Causes that are told at most.
-const MAX_FINDINGS: usize = 3;
 /// A run of fewer images cannot tell.
 const FEW_IMAGES: usize = 20;
-/// Mean brightness of black and of overexposed images, 0 to 255.
-const BLACK: f64 = 12.0;
-const WHITE: f64 = 245.0;
 /// A start with fewer corners has no texture to follow: most are noise and gone in the next image.
 const FEW_CORNERS: usize = 100;
 /// From one image to the next, seconds: with more, a camera in a hand has moved by more than corners can be followed.

@@ -1,6 +1,10 @@
 //! Counting over a run.
 
-use visloc_core::{Frame, RgbImage, Timestamp, geom::PlanarPose};
+use visloc_core::{
+    Frame, RgbImage, Timestamp,
+    diagnosis::{BLACK, MAX_FINDINGS, NOTABLE_SHARE, WHITE},
+    geom::PlanarPose,
+};
 use visloc_world::Map;
 
 use super::{Cause, view};
@@ -15,13 +19,6 @@ const START_SECS: f64 = 5.0;
 const MIN_JUDGED_SECS: f64 = 2.0;
 /// With a smaller share of localized images a run needs an explanation.
 const ENOUGH_LOCALIZED: f64 = 0.2;
-/// Causes of a smaller share of the images are not told, unless there is no greater one.
-const NOTABLE_SHARE: f64 = 0.2;
-/// Causes that are told at most.
-const MAX_FINDINGS: usize = 3;
-/// Mean brightness of black and of overexposed images, 0 to 255.
-const BLACK: f64 = 12.0;
-const WHITE: f64 = 245.0;
 /// Images with less mean chroma have no colors, 0 to 255: JPEG leaves one or two levels to gray images.
 const GRAY: f64 = 4.0;
 /// Less carpet than this is none; more than this is a field, 0 to 1.

@@ -3,7 +3,7 @@
 use nalgebra::{DVector, SMatrix, SVector};
 
 use super::Similarity;
-use crate::solve::Skyline;
+use crate::solve::{LEAST_GAIN, STEP, Skyline};
 
 /// How two keyframes lie to each other.
 #[derive(Debug, Clone, Copy)]
@@ -46,12 +46,8 @@ pub struct PoseGraph {
 
 /// Numbers of a node.
 const DOF: usize = 7;
-/// Step of the numeric derivatives.
-const STEP: f64 = 1e-6;
 /// Least damping of a step, share of the diagonal.
 const LEAST_DAMPING: f64 = 1e-6;
-/// Gain of a step, share of the cost, below which the solution is good enough.
-const LEAST_GAIN: f64 = 1e-4;
 
 type Vector7 = SVector<f64, DOF>;
 type Matrix7 = SMatrix<f64, DOF, DOF>;

@@ -16,7 +16,7 @@ use crate::{
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, Observations},
     orb::OrbDescriptor,
     outcome::FrameError,
-    recognize::View,
+    recognize::{LESS_THAN_SECOND, MOST_DIFFERENT, View},
     solve::{cos_parallax, triangulate},
     track::{MATCH_LIMITS, Matcher, focal_px},
 };
@@ -30,9 +30,6 @@ const SEARCHED: usize = 24;
 const LEAST_COS_VIEWS: f64 = 0.643;
 /// Distance of a corner from the epipolar line, pixels of its level.
 const FROM_LINE_PX: f64 = 2.5;
-/// Most different bits of the same corner, and share of those of the second most alike corner on the line.
-const MOST_DIFFERENT: u32 = 64;
-const LESS_THAN_SECOND: f64 = 0.85;
 /// The same where no third view confirms it.
 const MOST_DIFFERENT_OF_TWO: u32 = 40;
 const LESS_THAN_SECOND_OF_TWO: f64 = 0.7;

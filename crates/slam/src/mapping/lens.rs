@@ -28,8 +28,8 @@ use crate::{
 const SIGMA_RECTIFIED: f64 = 0.02;
 /// The same where the calibration has a lens: it was fitted to pictures of a board, whose corners tell it to some thousandths.
 const SIGMA_CALIBRATED: f64 = 0.003;
-/// Step of the numeric derivative.
-const STEP: f64 = 1e-4;
+/// Step of numeric derivatives by parameters of a lens.
+pub(crate) const STEP: f64 = 1e-4;
 /// Keyframes with which a map is settled for the first time: fewest that the lens is estimated from.
 pub(super) const FIRST_SETTLED_AT: usize = 10;
 /// Growth of the number of keyframes after which the map is settled again.

@@ -9,7 +9,7 @@ mod epipolar;
 mod errors;
 mod given;
 mod keyframes;
-mod lens;
+pub(crate) mod lens;
 mod mapper;
 
 pub(crate) use adjust::MOST_KEYFRAMES;

@@ -18,11 +18,11 @@ pub struct Pair {
 }
 
 /// Most different bits of a pair. Thesis: 100 around a predicted place; here the place is not known.
-const MOST_DIFFERENT: u32 = 64;
+pub(crate) const MOST_DIFFERENT: u32 = 64;
 /// Different bits from which on a landmark does not matter, be it the second most alike one.
 const MOST_COMPARED: u32 = 76;
 /// Share of the different bits of the second most alike landmark that the most alike one may have at most.
-const LESS_THAN_SECOND: f64 = 0.85;
+pub(crate) const LESS_THAN_SECOND: f64 = 0.85;
 /// The first quarter of the bits may have a third of the different bits that are allowed: more is rare where the rest is alike.
 const FIRST_WORD: u32 = 3;
 

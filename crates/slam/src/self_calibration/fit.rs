@@ -3,9 +3,13 @@
 use nalgebra::{Matrix2, Point2, Vector2};
 use visloc_core::geom::{Camera, Distortion};
 
+use super::{MAX_ROUNDS, SETTLED};
 use crate::{
     map::{KeyframeId, Map},
-    mapping::adjust::{CHI2, Index, collect, take_over},
+    mapping::{
+        adjust::{CHI2, Index, collect, take_over},
+        lens::STEP,
+    },
     solve::{Bundle, BundleLens, BundleObservation, BundleSettings},
     track::focal_px,
 };
@@ -16,14 +20,6 @@ const NUM: usize = 5;
 /// Standard deviations of what is expected of them. The map was made with a focal length that is believed to be right to an eighth; lenses are
 /// centered to some percent of the width and move the corners by some tenths.
 const SIGMAS: [f64; NUM] = [0.125, 0.02, 0.02, 0.15, 0.1];
-/// Step of numeric derivatives.
-const STEP: f64 = 1e-5;
-/// Most times that rays are made anew with what was found.
-const MAX_ROUNDS: usize = 10;
-/// Largest change of the logarithm of the focal length at once: derivatives hold about so far.
-const MOST_CHANGE: f64 = 0.1;
-/// Change below which rays need not be made anew.
-const SETTLED: f64 = 1e-4;
 
 /// What is estimated of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +45,7 @@ impl Lens {
         let (width, height) = (f64::from(self.size_px.0), f64::from(self.size_px.1));
         let focal = log_focal.exp();
         let center = (0.5 * (width - 1.0) + x * width, 0.5 * (height - 1.0) + y * width);
-        let corner2 = 0.25 * (width * width + height * height) / (focal * focal);
+        let corner2 = ((0.5 * width).hypot(0.5 * height) / focal).powi(2);
         let radial = [first / corner2, second / (corner2 * corner2), 0.0, 0.0, 0.0];
         Camera::checked(self.size_px, (focal, focal), center, Distortion::RadialTangential(radial)).ok()
     }
@@ -74,9 +70,10 @@ pub(super) fn fit(map: &mut Map, followed: Lens) -> Option<Fit> {
     for _ in 0..MAX_ROUNDS {
         let (mut bundle, index) = seen_through(map, &lens)?;
         bundle.lens = parameters(map, (&bundle, &index), (&lens, &followed), SIGMAS, design_effect)?;
-        bundle.solve(&BundleSettings { max_iterations: 20, huber: CHI2.sqrt() });
+        bundle.solve(&BundleSettings { max_iterations: MAX_ROUNDS, huber: CHI2.sqrt() });
         let change: [f64; NUM] = std::array::from_fn(|i| bundle.lens[i].change);
-        let share = (MOST_CHANGE / change[0].abs()).min(1.0);
+        // Derivatives hold about as far as what is expected.
+        let share = (SIGMAS[0] / change[0].abs()).min(1.0);
         lens = lens.changed(change.map(|change| share * change));
         take_over(map, &bundle, &index);
         if change[0].abs() < SETTLED {
@@ -103,7 +100,7 @@ fn seen_through(map: &mut Map, lens: &Lens) -> Option<(Bundle, Index)> {
 fn design_effect(map: &mut Map, lens: &Lens) -> Option<(f64, (f64, f64))> {
     let (bundle, index) = seen_through(map, lens)?;
     let depth = index.keyframes.first().and_then(|id| map.depth_of(*id)).unwrap_or(1.0);
-    let mut priors = [1.0, 0.1, 0.01].into_iter().map(|share| (share * depth, share));
+    let mut priors = [1.0, SIGMAS[0], SIGMAS[0].powi(2)].into_iter().map(|share| (share * depth, share));
     priors.find_map(|prior| Some((bundle.errors(CHI2.sqrt(), prior)?.design_effect, prior)))
 }
 

@@ -24,7 +24,7 @@ use crate::{
 const STARTS: [f64; 6] = [0.4, 0.5, 0.63, 0.8, 1.0, 1.26];
 /// Images that they compete on.
 const NUM_AT_START: usize = 250;
-/// Most times that the camera is followed anew with what was found.
+/// Most times that the camera is followed anew with what was found, and that rays are made anew in between.
 const MAX_ROUNDS: usize = 10;
 /// Change in the logarithm of the focal length below which it is found.
 const SETTLED: f64 = 2e-3;
@@ -154,7 +154,7 @@ impl SelfCalibrator {
                 num_keyframes: round.num_keyframes,
             }),
             _ => {
-                let focal_px = round.fit.lens.log_focal().exp() * f64::from(1_u32 << self.num_halved);
+                let focal_px = round.fit.lens.log_focal().exp() * f64::from(1 << self.num_halved);
                 let factor = (2.0 * focal_deviation).exp();
                 Err(SelfCalibrationError::Uncertain(focal_px / factor, focal_px * factor))
             }
@@ -164,7 +164,7 @@ impl SelfCalibrator {
     /// The camera of the images as they came. Pixels have their centers at integers.
     fn enlarged(&self, camera: &Camera) -> Option<Camera> {
         let (width, height) = self.size_px?;
-        let factor = f64::from(1_u32 << self.num_halved);
+        let factor = f64::from(1 << self.num_halved);
         let ((fx, fy), (cx, cy)) = (camera.focal_px(), camera.center_px());
         let center = |c: f64| (c + 0.5) * factor - 0.5;
         let size_px = (width as u32, height as u32);

@@ -134,7 +134,7 @@ const LEAST_DAMPING: f64 = 1e-9;
 /// Damping beyond which steps are too short to matter.
 const MOST_DAMPING: f64 = 1e6;
 /// Share of the cost by which an iteration must lower it for another one.
-const LEAST_GAIN: f64 = 1e-4;
+pub(crate) const LEAST_GAIN: f64 = 1e-4;
 
 impl Bundle {
     /// Whitened residual of an observation; `None` behind the camera.

@@ -7,6 +7,7 @@ mod skyline;
 mod three_points;
 mod triangulate;
 
+pub(crate) use bundle::LEAST_GAIN;
 pub use bundle::{
     Bundle, BundleErrors, BundleLens, BundleMotion, BundleObservation, BundleReport, BundleSettings,
     BundleTie,
@@ -18,3 +19,6 @@ pub use pose::{
 pub use skyline::{Skyline, SkylineFactor};
 pub use three_points::{MOST_POSES, poses_from_three_points};
 pub use triangulate::{cos_parallax, triangulate};
+
+/// Step of numeric derivatives by angles, logarithms and shares.
+pub(crate) const STEP: f64 = 1e-6;

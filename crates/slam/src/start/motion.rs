@@ -3,10 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Point3, Rotation3, SMatrix, SVector, Vector3};
 use visloc_core::geom::{CameraFrame, Rigid3};
 
-use crate::lie::skew;
-
-/// Step of numeric derivatives, radians.
-const STEP: f64 = 1e-6;
+use crate::{lie::skew, solve::STEP};
 
 /// Motion between two views with a translation of length 1: `second_from_first`.
 pub type TwoViewMotion = Rigid3<CameraFrame, CameraFrame>;

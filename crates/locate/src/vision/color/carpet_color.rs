@@ -26,7 +26,7 @@ const PALE_PART: f64 = 0.85;
 /// So much darker than the darkest hundredth of the carpet is a shadow's core or a shoe.
 const DARK_SHARE: f64 = 0.6;
 /// Share of an image in what is learned.
-const FOLLOW: f64 = 0.1;
+pub(crate) const FOLLOW: f64 = 0.1;
 /// So many colors tell the carpet's.
 const MIN_SAMPLES: usize = 20;
 /// Another carpet, or another light: less than this share of all greens is near what was learned.

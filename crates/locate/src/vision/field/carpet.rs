@@ -3,7 +3,7 @@
 use visloc_core::RgbImage;
 
 use crate::vision::{
-    color::{CarpetColor, CarpetLearner, ColorClass, ColorTable, Shares, luma, shares},
+    color::{CarpetColor, CarpetLearner, ColorClass, ColorTable, FOLLOW, Shares, luma, shares},
     px_in,
 };
 
@@ -16,8 +16,6 @@ const MIN_LUMA_SAMPLES: u32 = 10;
 const MIN_COLOR_SAMPLES: usize = 20;
 /// Ground so near is taken for carpet if it is green, meters: boards stand beyond the field.
 const NEAR_M: f64 = 2.5;
-/// Share of an image in the color.
-const FOLLOW: f64 = 0.1;
 /// The table is made anew when the color has changed by so much.
 const NOTABLE_CHANGE: f64 = 0.004;
 

@@ -82,11 +82,13 @@ impl Reduced {
     /// An entry of the lower triangle, the only one that decompositions read.
     #[inline]
     fn entry(&self, row: usize, column: usize) -> f64 {
-        let parameter = |at: usize| at.checked_sub(6 * self.num_free);
-        match (parameter(row), parameter(column)) {
+        let [(row, below), (column, right)] = [row, column].map(|at| (at / 6, at % 6));
+        // Parameters of the lens come last.
+        let parameter = |block: usize, at: usize| Some(6 * block.checked_sub(self.num_free)? + at);
+        match (parameter(row, below), parameter(column, right)) {
             (Some(row), Some(column)) => self.lens[row].own[column],
-            (Some(row), None) => self.lens[row].by_camera[column / 6][column % 6],
-            _ => self.blocks[Self::at(self.num_free, column / 6, row / 6)][(column % 6, row % 6)],
+            (Some(row), None) => self.lens[row].by_camera[column][right],
+            _ => self.blocks[Self::at(self.num_free, column, row)][(right, below)],
         }
     }
 

@@ -42,12 +42,7 @@ impl Bundle {
     /// it. `None` if the equations have no solution.
     #[must_use]
     pub fn errors(&self, huber: f64, prior: (f64, f64)) -> Option<BundleErrors> {
-        let mut equations = NormalEquations::of(self, huber);
-        for own in &mut equations.cameras {
-            for i in 0..6 {
-                own[(i, i)] += if i < 3 { prior.0 } else { prior.1 }.powi(-2);
-            }
-        }
+        let equations = self.with_prior(huber, prior);
         let inverses = equations.point_inverses(LEAST);
         let reduced = equations.reduced(self, &inverses, 0.0);
         let factor = reduced.skyline().cholesky()?;
@@ -64,15 +59,21 @@ impl Bundle {
 }
 
 impl Bundle {
-    /// Covariance of the parameters of the lens, if errors of observations were independent, with the same prior of the cameras as [`Bundle::errors`].
-    #[must_use]
-    pub fn lens_covariance(&self, huber: f64, prior: (f64, f64)) -> Option<DMatrix<f64>> {
+    /// The equations of cameras that are off by the prior, along each axis and about it.
+    fn with_prior(&self, huber: f64, prior: (f64, f64)) -> NormalEquations {
         let mut equations = NormalEquations::of(self, huber);
         for own in &mut equations.cameras {
             for i in 0..6 {
                 own[(i, i)] += if i < 3 { prior.0 } else { prior.1 }.powi(-2);
             }
         }
+        equations
+    }
+
+    /// Covariance of the parameters of the lens, if errors of observations were independent, with the same prior of the cameras as [`Bundle::errors`].
+    #[must_use]
+    pub fn lens_covariance(&self, huber: f64, prior: (f64, f64)) -> Option<DMatrix<f64>> {
+        let equations = self.with_prior(huber, prior);
         let reduced = equations.reduced(self, &equations.point_inverses(LEAST), 0.0);
         let factor = reduced.skyline().cholesky()?;
         let (size, num) = (reduced.vector.len(), self.lens.len());
