@@ -158,7 +158,15 @@ impl FieldAnalyzer {
             }
         }
         let step = px_in(image.width(), self.config.field_end_step_px);
-        self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()));
+        let line_width_m = self.config.line_width_m;
+        let line_px = |column: u32, row: u32| {
+            let distance_m = ground_distance_m(frame, &Point2::new(f64::from(column), f64::from(row)));
+            distance_m.map_or(0, |distance_m| {
+                thickness_px(frame, Direction::Vertical, line_width_m, distance_m).ceil() as u32
+            })
+        };
+        let first_row = horizon_row(horizon, camera.size_px());
+        self.field_end.find((image, &self.table), step, first_row, line_px);
         let feet = Feet { frame, table: &self.table, diameter_m: composite.post_diameter_m };
         self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
         self.obstacles.finish(&self.config, (focal_px, scale), &self.field_end);
@@ -288,16 +296,9 @@ impl FieldAnalyzer {
         (switches.goal_blobs && !is_in_blob()).then_some(DropReason::NotInGoalBlob)
     }
 
-    /// Shortest run that can be a line at this distance: a line across the view on a vertical scan line, a line along
-    /// the view on a horizontal one. Lines at an angle are longer.
+    /// Shortest run that can be a line at this distance. Lines at an angle are longer.
     fn min_thickness_px(&self, frame: &Frame, direction: Direction, distance_m: f64) -> f64 {
-        let height_m = frame.robot_from_camera.translation().z;
-        let slant_m = distance_m.hypot(height_m);
-        let (fx, fy) = frame.camera.focal_px();
-        let thickness_px = match direction {
-            Direction::Horizontal => fx * self.config.line_width_m / slant_m,
-            Direction::Vertical => fy * self.config.line_width_m * height_m / (slant_m * slant_m),
-        };
+        let thickness_px = thickness_px(frame, direction, self.config.line_width_m, distance_m);
         // Runs are whole pixels, so one pixel less is always possible.
         self.config.min_thickness_share * thickness_px - 1.0
     }
@@ -346,6 +347,17 @@ impl FieldAnalyzer {
         let lines_suffice = min_lines > 0 && line_pixels.len() >= min_lines;
         percept.is_informative = !goal_pixels.is_empty() || lines_suffice;
         percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
+    }
+}
+
+/// How thick a line is at this distance: one across the view on a vertical scan line, one along the view on a horizontal one.
+fn thickness_px(frame: &Frame, direction: Direction, line_width_m: f64, distance_m: f64) -> f64 {
+    let height_m = frame.robot_from_camera.translation().z;
+    let slant_m = distance_m.hypot(height_m);
+    let (fx, fy) = frame.camera.focal_px();
+    match direction {
+        Direction::Horizontal => fx * line_width_m / slant_m,
+        Direction::Vertical => fy * line_width_m * height_m / (slant_m * slant_m),
     }
 }
 

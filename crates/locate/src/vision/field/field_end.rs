@@ -18,17 +18,25 @@ pub struct FieldEnd {
     hull: Vec<(f64, f64)>,
 }
 
-/// Going up from the bottom, so many pixels in a row without carpet or line end the field, in an image 320 px wide.
+/// Going up from the bottom, so many pixels in a row without carpet end the field, in an image 320 px wide; more only if a line is as thick there.
 const MAX_GAP_PX: u32 = 14;
 
 impl FieldEnd {
     /// Finds the carpet's end in every `step_px`-th column, not above `first_row`, and takes the hull (2010 figure
-    /// 4.10). A column that stands out alone is a green thing beyond the field and is left out.
-    pub(super) fn find(&mut self, image: &RgbImage, table: &ColorTable, step_px: u32, first_row: u32) {
+    /// 4.10). A column that stands out alone is a green thing beyond the field and is left out. `line_px` says how many rows a line across
+    /// the view has at a column and row.
+    pub(super) fn find(
+        &mut self,
+        (image, table): (&RgbImage, &ColorTable),
+        step_px: u32,
+        first_row: u32,
+        line_px: impl Fn(u32, u32) -> u32,
+    ) {
         self.columns.clear();
         let mut column = step_px / 2;
         while column < image.width() {
-            let row = first_carpet_row(image, table, column, first_row).unwrap_or(image.height());
+            let line_px = |row| line_px(column, row);
+            let row = first_carpet_row(image, table, (column, first_row), line_px).unwrap_or(image.height());
             self.columns.push((f64::from(column), f64::from(row)));
             column += step_px;
         }
@@ -60,7 +68,12 @@ impl FieldEnd {
 
 /// The highest carpet that hangs together with the carpet at the bottom of the column. What is green beyond the field is
 /// cut off from it by the floor around the carpet.
-fn first_carpet_row(image: &RgbImage, table: &ColorTable, column: u32, first_row: u32) -> Option<u32> {
+fn first_carpet_row(
+    image: &RgbImage,
+    table: &ColorTable,
+    (column, first_row): (u32, u32),
+    line_px: impl Fn(u32) -> u32,
+) -> Option<u32> {
     let max_gap = px_in(image.width(), MAX_GAP_PX);
     let stride = blur_px(image.width());
     let min_carpet = MIN_CARPET_PX * stride;
@@ -73,7 +86,10 @@ fn first_carpet_row(image: &RgbImage, table: &ColorTable, column: u32, first_row
         if green >= min_carpet {
             (gap, end) = (0, Some(row));
         }
-        if end.is_some() && gap > max_gap {
+        if let Some(end) = end
+            && gap > max_gap
+            && gap > line_px(end) + 2 * min_carpet
+        {
             break;
         }
     }
@@ -98,15 +114,30 @@ mod tests {
     use crate::vision::color::{ColorConfig, GoalColors};
 
     fn found(carpet_row: impl Fn(u32) -> u32) -> FieldEnd {
+        found_where(|x, y| if y >= carpet_row(x) { [60, 140, 80] } else { [150, 150, 150] })
+    }
+
+    fn found_where(color: impl Fn(u32, u32) -> [u8; 3]) -> FieldEnd {
         let mut image = RgbImage::new(160, 120);
         for x in 0..160 {
             for y in 0..120 {
-                image.set(x, y, if y >= carpet_row(x) { [60, 140, 80] } else { [150, 150, 150] });
+                image.set(x, y, color(x, y));
             }
         }
         let mut end = FieldEnd::default();
-        end.find(&image, &ColorTable::new(&ColorConfig::default(), GoalColors::default()), 10, 0);
+        let table = ColorTable::new(&ColorConfig::default(), GoalColors::default());
+        end.find((&image, &table), 10, 0, |_, row| row / 10);
         end
+    }
+
+    #[test]
+    fn a_line_before_the_feet_does_not_end_the_field() {
+        let rows = |first: u32, last: u32| {
+            found_where(move |_, y| if (first..last).contains(&y) { [220; 3] } else { [60, 140, 80] })
+        };
+        assert!(rows(92, 106).row_px(80.0) < 1.0);
+        assert!(rows(32, 46).row_px(80.0) > 45.0, "too thick for a line that is farther away");
+        assert!(rows(80, 106).row_px(80.0) > 105.0, "a wall");
     }
 
     #[test]
