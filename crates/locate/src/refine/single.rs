@@ -8,6 +8,7 @@ use super::{
     filter::PoseFilter,
     mount::Mount,
     search::{Candidate, Effort, PlaceSearch},
+    tracks::BIRTH_GATES_PX,
     turned::Turned,
 };
 use crate::{
@@ -15,9 +16,6 @@ use crate::{
     observation::features::{CameraState, FeatureModel},
     vision::Percept,
 };
-
-/// Gates of the fit, from coarse to fine, pixels.
-const GATES_PX: [f64; 8] = [40.0, 25.0, 15.0, 10.0, 8.0, 8.0, 8.0, 8.0];
 
 /// A place that explains an image.
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +81,9 @@ impl SingleImage {
     ) -> Option<Explanation> {
         let model = self.features.as_ref();
         let mut filter = PoseFilter::new(&candidate.world_from_robot, mount, config);
-        let fit = filter.update_from(&candidate.tilt_rad, model, &GATES_PX, config);
+        // Nothing is known of the place before this image, so a few steps more settle it.
+        let gates_px: Vec<f64> = BIRTH_GATES_PX.into_iter().chain([config.gate_px; 3]).collect();
+        let fit = filter.update_from(&candidate.tilt_rad, model, &gates_px, config);
         let camera = CameraState::from(&fit.at);
         let is_inside = fit.at.iter().all(|v| v.is_finite()) && region.contains(&camera.world_from_robot);
         is_inside.then(|| {
