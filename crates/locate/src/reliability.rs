@@ -27,7 +27,8 @@ pub struct ReliabilityConfig {
     /// Largest change by a poor image.
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub min_step: f64,
-    /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds. The documents keep it.
+    /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds; of tracks up to a hundred times as fast where lines
+    /// should be seen. The documents keep it.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub blind_secs: f64,
 }

@@ -104,6 +104,12 @@ pub trait FeatureModel: Send + Sync {
         visit: &mut dyn FnMut(FeatureMatch),
     );
 
+    /// How long the borders on the ground are that the image must show from here, pixels of an image 320 px wide: those that are thick enough to
+    /// be found, at least `margin_px` inside of the image, and not so near that the robot itself may hide them.
+    fn expected_px(&self, _state: &CameraState, _margin_px: f64) -> f64 {
+        0.0
+    }
+
     /// A pose at which some of the features fall on counterparts, at random; `None` if the features suggest nothing.
     fn suggest(&self, _rng: &mut Rng) -> Option<PlanarPose> {
         None

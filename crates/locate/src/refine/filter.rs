@@ -12,7 +12,7 @@ use self::{
     prediction::unknown_motion,
 };
 use super::{RefinementConfig, mount::Mount, other_mounts::OtherMounts};
-use crate::observation::features::{CameraVector, FeatureModel};
+use crate::observation::features::{CameraState, CameraVector, FeatureModel};
 
 /// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4), constant error of its tilt (3).
 pub(super) const STATE: usize = 14;
@@ -125,6 +125,14 @@ impl PoseFilter {
 
     pub fn pose(&self) -> PlanarPose {
         PlanarPose::new(self.mean[0], self.mean[1], self.mean[2])
+    }
+
+    /// Where the camera of the next image is expected.
+    pub fn camera(&self) -> CameraState {
+        let mut camera = self.mean.fixed_rows::<CAMERA>(0).into_owned();
+        let mut turn = camera.fixed_rows_mut::<3>(SLOW);
+        turn += self.mean.fixed_rows::<3>(MOUNT);
+        CameraState::from(&camera)
     }
 
     pub fn x_m(&self) -> f64 {

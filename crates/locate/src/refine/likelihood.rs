@@ -10,6 +10,15 @@ const ASTRAY_PX: f64 = 40.0;
 /// Share of the features that belong to nothing on the map: robots, boards, people.
 const OUTLIERS: f64 = 0.15;
 
+/// Probability that an image shows nothing by itself, wherever the robot is: somebody stands before the camera, or it is dark.
+const HIDDEN: f64 = 0.01;
+
+/// Probability that an image shows nothing where it should show borders of this length, pixels: all of them are hidden. What hides one hides
+/// all that is near.
+pub(super) fn hidden(expected_px: f64) -> f64 {
+    OUTLIERS.powf(expected_px / (2.0 * ASTRAY_PX)).max(HIDDEN)
+}
+
 /// Logarithm of the likelihood of the features, against features that belong to nothing: each belongs to its counterpart with Gaussian
 /// noise, or to nothing. Neighboring pixels err alike, so all count as few. A bar whose place the map does not know explains its features
 /// as a line does, less for the place that it had to have.

@@ -6,6 +6,7 @@ use visloc_core::{Rng, Timestamp, geom::PlanarPose};
 use super::{
     RefinementConfig,
     known::Known,
+    likelihood::hidden,
     search::{Candidate, Effort, PlaceSearch, middle},
     tracks::{BIRTH_GATES_PX, Tracks, fullness, says_something},
     turned::Turned,
@@ -81,6 +82,8 @@ pub struct Refined {
     lost_secs: f64,
     /// Seconds since an image last said anything.
     blind_secs: f64,
+    /// The same, as many times as long as an image that shows nothing is more probable somewhere else than at the place of the best track.
+    doubtful_secs: f64,
     estimate: Estimate,
 }
 
@@ -107,6 +110,7 @@ impl Refined {
             known: Known::new(StartPrior::Uniform),
             lost_secs: 0.0,
             blind_secs: 0.0,
+            doubtful_secs: 0.0,
             reliability: Reliability::new(config.reliability),
             odometer: Odometer::new(config.max_motion_m),
             config,
@@ -183,7 +187,15 @@ impl Refined {
         let (secs, from_secs) = (self.odometer.secs(), self.blind_secs);
         self.blind_secs += secs;
         self.tracks.drift(from_secs, self.blind_secs, &self.config);
-        self.reliability.fade(secs);
+        let expected_px = self
+            .tracks
+            .best()
+            .map_or(0.0, |best| self.model.expected_px(&best.filter.camera(), best.filter.spread_px()));
+        // It may have been carried away at any time since then, after which this image is as good as any other.
+        let moved_secs = self.blind_secs / hidden(expected_px);
+        let doubtful_secs = moved_secs.max(self.doubtful_secs + secs);
+        self.reliability.fade(doubtful_secs - self.doubtful_secs);
+        self.doubtful_secs = doubtful_secs;
     }
 
     fn update_tracks(&mut self, novelty: f64, clearness: f64) {
@@ -347,7 +359,7 @@ impl Refined {
         } else {
             let missed = best.missed();
             // Somebody may have moved the robot since an image last showed anything.
-            let not_moved = blind_share(self.blind_secs, self.config.reliability.blind_secs);
+            let not_moved = blind_share(self.doubtful_secs, self.config.reliability.blind_secs);
             let by_view = not_moved * sure((1.0 - missed - best.elsewhere()) / total);
             by_view.max(by_views * sure((1.0 - missed) / total))
         };
@@ -372,7 +384,7 @@ impl Localizer for Refined {
         self.tracks = Tracks::new(&self.config);
         (self.camera_index, self.gaze, self.other_gazes) = (0, Gaze::default(), OtherCameras::none());
         self.turn = 0;
-        (self.lost_secs, self.blind_secs) = (0.0, 0.0);
+        (self.lost_secs, self.blind_secs, self.doubtful_secs) = (0.0, 0.0, 0.0);
         self.odometer = Odometer::new(self.config.max_motion_m);
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
@@ -412,7 +424,7 @@ impl Localizer for Refined {
         self.update_tracks(novelty, clearness);
         if says_something(self.model.as_ref()) {
             self.gaze.showed_something_at = Some(input.percept.at);
-            self.blind_secs = 0.0;
+            (self.blind_secs, self.doubtful_secs) = (0.0, 0.0);
             self.update_reliability(input, novelty);
         } else if !self.does_another_see(input.percept.at) {
             self.go_blind();

@@ -285,6 +285,36 @@ fn after_a_kidnap_trust_is_lost_at_once_and_the_new_place_found() {
     assert!(is_at(&estimate, &places[1]) && estimate.is_localized(), "{estimate:?}");
 }
 
+/// Images that show nothing, and should show borders of this length.
+struct Nothing(f64);
+
+impl FeatureModel for Nothing {
+    fn condition_on(&mut self, _: &Percept) {}
+    fn num_features(&self) -> usize {
+        0
+    }
+    fn visit_matches(&self, _: &CameraState, _: f64, _: usize, _: &mut dyn FnMut(FeatureMatch)) {}
+    fn expected_px(&self, _: &CameraState, _: f64) -> f64 {
+        self.0
+    }
+}
+
+/// Images that show nothing soon contradict a place from which lines should be seen, and one from which none are slowly; a single one
+/// contradicts none.
+#[test]
+fn a_place_is_doubted_if_nothing_is_seen_of_what_should_be() {
+    let place = PlanarPose::new(1.0, -0.5, 0.7);
+    let images = |expected_px: f64| {
+        let mut localizer = refined(&Alike::new(&[place]), &[place]);
+        step(&mut localizer, 0..60, false);
+        localizer.model = Box::new(Nothing(expected_px));
+        (60..400).take_while(|i| step(&mut localizer, *i..i + 1, false).is_localized()).count()
+    };
+    let [nothing, a_little, much, all] = [0.0, 80.0, 320.0, 2000.0].map(images);
+    assert!(nothing == 340 && (45..90).contains(&a_little), "{nothing}, {a_little}");
+    assert!((2..10).contains(&all) && (all..20).contains(&much), "{much}, {all}");
+}
+
 #[test]
 fn a_lifted_robot_is_nowhere() {
     let place = PlanarPose::new(1.0, -0.5, 0.7);

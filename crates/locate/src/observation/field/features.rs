@@ -20,7 +20,7 @@ use crate::{
         edge::{Edge, Eye, Offset, Ray},
         features::{CameraState, FeatureMatch, FeatureModel, OnBar, Residual},
     },
-    vision::{FeatureKind, FieldFeatures, Percept, border_noise, px_tolerance},
+    vision::{FeatureKind, FieldFeatures, Percept, blur_px, border_noise, px_scale, px_tolerance},
 };
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
@@ -28,12 +28,11 @@ const END_TOLERANCE_M: f64 = 0.06;
 /// Behind a goal are a net and the bars that hold it: this far to the sides of the posts and this far behind, meters.
 const NET_WIDTH_M: f64 = 0.3;
 const NET_DEPTH_M: f64 = 1.0;
-/// Agreement of a line pixel that matches nothing and lies behind a goal, and of one that lies outside of the lines
-/// elsewhere. Inside, the map is complete.
+/// Agreement of a line pixel that matches nothing and lies behind a goal.
 const NET_AGREEMENT: f64 = 0.9;
-const OUTSIDE_AGREEMENT: f64 = 0.5;
-/// Agreement of the border of a white post that matches none: legs, tubes of the net and other white things stand upright as well.
-const WHITE_UPRIGHT_AGREEMENT: f64 = 0.5;
+/// Agreement of a pixel that matches nothing where not everything is on the map: a line pixel outside of the lines, and the border of a white
+/// post, since legs, tubes of the net and other white things stand upright as well.
+const UNKNOWN_AGREEMENT: f64 = 0.5;
 /// Share of the suggestions that come from composite features, if there are any.
 const COMPOSITE_SHARE: f64 = 0.6;
 /// Group of the goals; lines are 0.
@@ -59,6 +58,7 @@ pub struct FieldFeatureModel {
     /// To the outer borders of the outer lines, meters.
     half_field_m: (f64, f64),
     half_goal_m: f64,
+    line_width_m: f64,
     borders: Vec<Border>,
     /// Line pixels on the ground, seen from the robot.
     ground_borders: Vec<GroundBorder>,
@@ -66,6 +66,9 @@ pub struct FieldFeatureModel {
     focal_px: (f64, f64),
     /// As [`FeatureModel::noise`].
     noise: f64,
+    /// The first corner of the image and the last one, as directions in the camera frame with z = 1.
+    corners: [Vector2<f64>; 2],
+    width_px: u32,
     robot_from_camera: Matrix3<f64>,
     eye_in_robot: Vector3<f64>,
 }
@@ -84,10 +87,13 @@ impl FieldFeatureModel {
                 (d.width_m + d.line_width_m) / 2.0 + END_TOLERANCE_M,
             ),
             half_goal_m: field.goals()[0].post_y_m,
+            line_width_m: d.line_width_m,
             borders: Vec::new(),
             ground_borders: Vec::new(),
             focal_px: (1.0, 1.0),
             noise: 1.0,
+            corners: [Vector2::zeros(); 2],
+            width_px: 0,
             robot_from_camera: Matrix3::identity(),
             eye_in_robot: Vector3::zeros(),
         }
@@ -128,7 +134,7 @@ impl FieldFeatureModel {
         } else if let Some(depth_m) = self.depth_in_net_m(&ground) {
             (NET_AGREEMENT, self.on_bar((border, &ray), (&ground, depth_m), eye))
         } else {
-            (OUTSIDE_AGREEMENT, None)
+            (UNKNOWN_AGREEMENT, None)
         };
         FeatureMatch { group: 0, residual, unmatched_agreement, on_bar }
     }
@@ -201,7 +207,9 @@ impl Nearest {
 impl FeatureModel for FieldFeatureModel {
     fn condition_on(&mut self, percept: &Percept) {
         let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
-        let (width_px, _) = percept.camera.size_px();
+        let (width_px, height_px) = percept.camera.size_px();
+        let corner = |x: u32, y: u32| Vector2::new((f64::from(x) - cx) / fx, (f64::from(y) - cy) / fy);
+        (self.corners, self.width_px) = ([corner(0, 0), corner(width_px, height_px)], width_px);
         let unit_px = px_tolerance(width_px);
         self.noise = border_noise(width_px);
         self.focal_px = (fx / unit_px, fy / unit_px);
@@ -232,6 +240,41 @@ impl FeatureModel for FieldFeatureModel {
         self.noise
     }
 
+    fn expected_px(&self, state: &CameraState, margin_px: f64) -> f64 {
+        let eye = self.eye(state);
+        // Per radian, in pixels of an image 320 px wide.
+        let unit = px_tolerance(self.width_px) / px_scale(self.width_px);
+        let focal = Vector2::new(self.focal_px.0, self.focal_px.1) * unit;
+        // A line is as thick as a pixel.
+        let least_px = f64::from(blur_px(self.width_px)) / px_scale(self.width_px);
+        let max_slant2 = focal.y * self.line_width_m * eye.at.z / least_px;
+        let margin = Vector2::new(margin_px / focal.x, margin_px / focal.y);
+        let [first, last] = [self.corners[0] + margin, self.corners[1] - margin];
+        let image_of = |point: &Point2<f64>| {
+            let to_point = Point3::new(point.x, point.y, 0.0) - eye.at;
+            let distance2 = to_point.xy().norm_squared();
+            if distance2 < eye.at.z.powi(2) || to_point.norm_squared() > max_slant2 {
+                return None;
+            }
+            let ray = eye.world_from_camera.tr_mul(&to_point);
+            let at = ray.xy() / ray.z;
+            let is_inside = at >= first && at <= last;
+            (ray.z > 0.0 && is_inside).then(|| at.component_mul(&focal))
+        };
+        let mut sum_px = 0.0;
+        for outline in self.tables.ground.outlines() {
+            let mut before: Option<Vector2<f64>> = None;
+            outline.sample(2.0 * self.line_width_m, |point| {
+                // A line is known by the carpet on both sides.
+                let other = point + outline.inward(&point) * self.line_width_m;
+                let here = image_of(&point).filter(|_| image_of(&other).is_some());
+                sum_px += before.zip(here).map_or(0.0, |(before, here)| (here - before).norm());
+                before = here;
+            });
+        }
+        sum_px
+    }
+
     fn visit_matches(
         &self,
         state: &CameraState,
@@ -244,7 +287,7 @@ impl FeatureModel for FieldFeatureModel {
             visit(if border.kind.is_goal() {
                 let residual = self.match_goal(border, &eye, gate_px);
                 let is_white = border.kind == FeatureKind::WhiteGoal;
-                let unmatched_agreement = if is_white { WHITE_UPRIGHT_AGREEMENT } else { 0.0 };
+                let unmatched_agreement = if is_white { UNKNOWN_AGREEMENT } else { 0.0 };
                 FeatureMatch { group: GOALS, residual, unmatched_agreement, on_bar: None }
             } else {
                 self.match_line(border, &eye, gate_px)
@@ -431,6 +474,39 @@ mod tests {
         assert!(near >= 36, "{near} of {STATES} views");
     }
 
+    /// Lines are expected where they are seen; none where the camera looks away from the field, or too far up.
+    #[test]
+    fn borders_are_expected_where_the_map_has_them() {
+        let mut num = [0, 0];
+        let mut model = FieldFeatureModel::new(&field());
+        for i in 0..STATES {
+            let (pose, head, _) = random_state(i);
+            let mut percept = percept(&head);
+            model.condition_on(&percept);
+            let state = CameraState::reported(pose);
+            let (expected_px, inner_px) = (model.expected_px(&state, 0.0), model.expected_px(&state, 30.0));
+            let num_seen = seen_from(&pose, &percept, &model).len();
+            assert!(
+                inner_px <= expected_px && (expected_px == 0.0 || num_seen > 0),
+                "{expected_px} {num_seen}"
+            );
+            num[0] += usize::from(num_seen > 20);
+            num[1] += usize::from(expected_px > 200.0);
+            percept.robot_from_camera = nao::robot_from_camera(
+                &nao::Torso::upright(),
+                &nao::HeadAngles { pitch_rad: -0.5, ..head },
+                nao::NaoCamera::TopV3,
+            );
+            model.condition_on(&percept);
+            assert!(model.expected_px(&state, 0.0).abs() < 1e-9);
+        }
+        assert!(num[0] > 20 && num[1] * 10 > num[0] * 7, "{num:?}");
+        model.condition_on(&percept(&nao::HeadAngles { pitch_rad: 0.2, ..nao::HeadAngles::default() }));
+        let out = CameraState::reported(PlanarPose::new(2.8, 0.5, 0.0));
+        let into = CameraState::reported(PlanarPose::new(1.0, 0.0, 0.0));
+        assert!(model.expected_px(&out, 0.0).abs() < 1e-9 && model.expected_px(&into, 0.0) > 200.0);
+    }
+
     /// Pixels of points on the ground, as a robot sees them that stands before the goal at -x.
     fn seen_on_ground(points: impl Iterator<Item = (f64, f64)>) -> Vec<FeatureMatch> {
         let pose = PlanarPose::new(-1.6, 0.1, 3.0);
@@ -452,7 +528,7 @@ mod tests {
     fn behind_a_goal_unmatched_pixels_prove_nothing() {
         let seen = seen_on_ground([(-2.0, 0.3), (-3.5, 0.2), (-3.5, 1.5)].into_iter());
         let agreements: Vec<f64> = seen.iter().map(|feature| feature.unmatched_agreement).collect();
-        assert_eq!(agreements, [0.0, NET_AGREEMENT, OUTSIDE_AGREEMENT]);
+        assert_eq!(agreements, [0.0, NET_AGREEMENT, UNKNOWN_AGREEMENT]);
         let loose: Vec<bool> = seen.iter().map(|feature| feature.on_bar.is_some()).collect();
         assert_eq!(loose, [false, true, false], "only behind the goal stands a net");
     }
