@@ -9,9 +9,9 @@ use visloc_slam::{SelfCalibration, SelfCalibrator, SlamConfig};
 use super::source::{NamedImage, Taking, open_images};
 use crate::{
     args::CalibrateArgs,
-    host::stop_at_signals,
+    host::{host, stop_at_signals},
     report::save_json,
-    run::{Saving, write_text},
+    run::{Progress, Saving, write_text},
     say,
 };
 
@@ -73,9 +73,14 @@ fn calibrate_from(args: &CalibrateArgs, images: &[NamedImage]) -> Result<()> {
         calibrator.add(at, image.read()?).with_context(|| image.origin())?;
     }
     say::note!("no board (--size): the camera is found from its own motion, which takes some seconds");
-    let found = calibrator
-        .calibrate(&SlamConfig::default(), SEED)
-        .map_err(|error| anyhow!("{}: {error}", args.source))?;
+    let progress = Progress::new(None);
+    let goes_on = || {
+        progress.advance();
+        !host().was_interrupted()
+    };
+    let found = calibrator.calibrate(&SlamConfig::default(), SEED, goes_on);
+    progress.clear();
+    let found = found.map_err(|error| anyhow!("{}: {error}", args.source))?;
     print(&found, calibrator.num_images());
     let mut saving = Saving::default();
     let head = format!(

@@ -154,3 +154,33 @@ fn localizing_finds_the_turn_of_the_camera_and_keeps_it() {
     let pitch = kept["camera"]["pitch_down_deg"].as_float().unwrap();
     assert!(pitch.abs() < 0.7, "what is left of 2 degrees: {pitch}");
 }
+
+#[test]
+fn a_camera_is_found_from_its_own_motion_without_a_board() {
+    let workspace = Workspace::new();
+    let clip = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip/rgb");
+    let clip = clip.to_str().unwrap();
+    let run = workspace.must(&[
+        "calibrate",
+        clip,
+        "--out",
+        "camera.toml",
+        "--ros",
+        "info.yaml",
+        "--json",
+        "c.json",
+    ]);
+    assert!(run.stdout.contains("60 images of 320 x 240 px, 60 followed"), "{}", run.stdout);
+    let report = workspace.json("c.json");
+    let focal = report["camera"]["focal_px"][0].as_f64().unwrap();
+    assert!((focal / 262.5 - 1.0).abs() < 0.05, "{focal}");
+    assert_eq!(report["quality"]["source"], "motion");
+    assert!(workspace.read("info.yaml").contains("plumb_bob"));
+    workspace.must(&["slam", clip, "--camera", "camera.toml"]);
+    let refused = |more: &[&str]| workspace.refused(&[&["calibrate", clip][..], more].concat());
+    assert!(refused(&["--square", "0.03"]).contains("--size"));
+    assert!(refused(&["--report", "r"]).contains("--report: expected a board"));
+    assert!(refused(&["--model", "radtan4"]).contains("--model: expected a board"));
+    let slam = workspace.refused(&["slam", clip]);
+    assert!(slam.contains("visloc calibrate"), "{slam}");
+}

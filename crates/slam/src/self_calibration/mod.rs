@@ -71,6 +71,9 @@ pub enum SelfCalibrationError {
         /// Keyframes.
         num_keyframes: usize,
     },
+    /// Who asked for it no longer waits.
+    #[error("ended before the camera was found")]
+    Ended,
     /// Cameras of other focal lengths would have seen about the same.
     #[error(
         "cameras of focal lengths from {0:.0} to {1:.0} px would have seen about the same; turn the camera while it moves, by a quarter of a circle or more"
@@ -113,11 +116,17 @@ impl SelfCalibrator {
         self.images.len()
     }
 
-    /// Finds focal length, principal point and distortion. It takes about as long as following the camera fifteen times.
+    /// Finds focal length, principal point and distortion. It takes about as long as following the camera ten times; after each image it asks
+    /// whether to go on.
     ///
     /// # Errors
-    /// If the images do not tell them.
-    pub fn calibrate(&self, config: &SlamConfig, seed: u64) -> Result<SelfCalibration, SelfCalibrationError> {
+    /// If the images do not tell them, or if it was not to go on.
+    pub fn calibrate(
+        &self,
+        config: &SlamConfig,
+        seed: u64,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<SelfCalibration, SelfCalibrationError> {
         let mut config = config.clone();
         config.mapping.adjust_lens = false;
         let Some((_, first)) = self.images.first() else { return Err(self.too_little((0, 0))) };
@@ -126,7 +135,7 @@ impl SelfCalibrator {
         let mut best: Result<Round, (usize, usize)> = Err((0, 0));
         for share in STARTS {
             let at_start = &self.images[..self.images.len().min(NUM_AT_START)];
-            let round = follow(at_start, &config, seed, Lens::new(size_px, share * side))?;
+            let round = follow(at_start, &config, seed, Lens::new(size_px, share * side), &mut goes_on)?;
             best = match (best, round) {
                 (Ok(best), Ok(round)) => Ok(if round.num_found > best.num_found { round } else { best }),
                 (Err(best), Err(counts)) => Err(best.max(counts)),
@@ -137,7 +146,8 @@ impl SelfCalibrator {
         let mut change = f64::INFINITY;
         for _ in 0..MAX_ROUNDS {
             let before = round.fit.lens;
-            round = follow(&self.images, &config, seed, before)?.map_err(|counts| self.too_little(counts))?;
+            round = follow(&self.images, &config, seed, before, &mut goes_on)?
+                .map_err(|counts| self.too_little(counts))?;
             change = round.fit.lens.log_focal() - before.log_focal();
             if change.abs() < SETTLED {
                 break;
@@ -192,11 +202,15 @@ fn follow(
     config: &SlamConfig,
     seed: u64,
     lens: Lens,
-) -> Result<Result<Round, (usize, usize)>, ConfigError> {
+    goes_on: &mut impl FnMut() -> bool,
+) -> Result<Result<Round, (usize, usize)>, SelfCalibrationError> {
     let Some(camera) = lens.camera() else { return Ok(Err((0, 0))) };
     let mut slam = Slam::new(&camera, config, seed)?;
     let mut num_found = 0;
     for (at, image) in images {
+        if !goes_on() {
+            return Err(SelfCalibrationError::Ended);
+        }
         num_found += slam.add_frame(*at, image.clone()).map_or(0, |outcome| outcome.matches.1);
     }
     slam.finish();

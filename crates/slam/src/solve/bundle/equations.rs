@@ -82,12 +82,13 @@ impl Reduced {
     /// An entry of the lower triangle, the only one that decompositions read.
     #[inline]
     fn entry(&self, row: usize, column: usize) -> f64 {
-        let [(row, below), (column, right)] = [row, column].map(|at| (at / 6, at % 6));
         // Parameters of the lens come last.
-        let parameter = |block: usize, at: usize| Some(6 * block.checked_sub(self.num_free)? + at);
-        match (parameter(row, below), parameter(column, right)) {
-            (Some(row), Some(column)) => self.lens[row].own[column],
-            (Some(row), None) => self.lens[row].by_camera[column][right],
+        let num_of_cameras = self.vector.len() - self.lens.len();
+        let parameters = [row, column].map(|at| at.checked_sub(num_of_cameras));
+        let [(row, below), (column, right)] = [row, column].map(|at| (at / 6, at % 6));
+        match parameters {
+            [Some(row), Some(column)] => self.lens[row].own[column],
+            [Some(row), None] => self.lens[row].by_camera[column][right],
             _ => self.blocks[Self::at(self.num_free, column, row)][(right, below)],
         }
     }
@@ -330,13 +331,14 @@ impl NormalEquations {
                 subtract_symmetric(&mut blocks[at(*slot, *slot)], &product, by_point);
             }
         });
-        let mut vector = DVector::zeros(6 * num_free + self.lens.len());
+        let num_of_cameras = 6 * num_free;
+        let mut vector = DVector::zeros(num_of_cameras + self.lens.len());
         for (slot, gradient) in gradient.iter().enumerate() {
             vector.fixed_rows_mut::<6>(6 * slot).copy_from(gradient);
         }
         let lens = self.reduced_lens(bundle, inverses);
         for (i, lens) in lens.iter().enumerate() {
-            vector[6 * num_free + i] = lens.gradient;
+            vector[num_of_cameras + i] = lens.gradient;
         }
         Reduced { num_free, blocks, lens, vector }
     }
