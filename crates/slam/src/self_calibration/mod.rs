@@ -25,11 +25,11 @@ const STARTS: [f64; 6] = [0.4, 0.5, 0.63, 0.8, 1.0, 1.26];
 /// Images that they compete on.
 const NUM_AT_START: usize = 250;
 /// Most times that the camera is followed anew with what was found, and that rays are made anew in between.
-const MAX_ROUNDS: usize = 10;
+const MAX_ROUNDS: usize = 16;
 /// Change in the logarithm of the focal length below which it is found.
 const SETTLED: f64 = 2e-3;
 /// Largest standard deviation of the focal length, share of it, with which a camera is of use: places are off by about as much of their distances.
-const MOST_DEVIATION: f64 = 0.05;
+const MOST_DEVIATION: f64 = 0.02;
 /// Fewest keyframes that tell a lens.
 const LEAST_KEYFRAMES: usize = 3;
 /// Larger images are taken at half their size and less, pixels: what they tell more of a lens is not worth the time.
@@ -153,8 +153,10 @@ impl SelfCalibrator {
                 break;
             }
         }
-        // What still changes is not known either.
-        let focal_deviation = round.fit.focal_deviation.hypot(change);
+        // What still changes is not known either; what changes by more than it is known to has not come to rest.
+        let is_at_rest = change.abs() < SETTLED.max(round.fit.focal_deviation);
+        let left = if is_at_rest { change } else { change * MAX_ROUNDS as f64 };
+        let focal_deviation = round.fit.focal_deviation.hypot(left);
         let camera = round.fit.lens.camera().and_then(|camera| self.enlarged(&camera));
         match camera {
             Some(camera) if focal_deviation <= MOST_DEVIATION => Ok(SelfCalibration {
