@@ -95,13 +95,14 @@ fn seen_through(map: &mut Map, lens: &Lens) -> Option<(Bundle, Index)> {
     Some(collect(map, &keyframes, focal_px(&camera)))
 }
 
-/// Factor on variances since errors of observations are alike, and how far cameras may be from where they are, so that there is an answer: landmarks
+/// Factor on variances since errors of observations are alike, in a part of the image and of a landmark in all keyframes, so that each landmark counts once; and how far cameras may be from where they are, so that there is an answer: landmarks
 /// that hardly tell where they are leave equations without a solution unless cameras are about known.
 fn design_effect(map: &mut Map, lens: &Lens) -> Option<(f64, (f64, f64))> {
     let (bundle, index) = seen_through(map, lens)?;
     let depth = index.keyframes.first().and_then(|id| map.depth_of(*id)).unwrap_or(1.0);
     let mut priors = [1.0, SIGMAS[0], SIGMAS[0].powi(2)].into_iter().map(|share| (share * depth, share));
-    priors.find_map(|prior| Some((bundle.errors(CHI2.sqrt(), prior)?.design_effect, prior)))
+    let num_of_each = bundle.observations.len() as f64 / bundle.points.len().max(1) as f64;
+    priors.find_map(|prior| Some((num_of_each * bundle.errors(CHI2.sqrt(), prior)?.design_effect, prior)))
 }
 
 /// The parameters of a lens for a bundle that is seen through it. Observations tell less than they seem to by the design effect, so what is expected

@@ -29,7 +29,7 @@ const MAX_ROUNDS: usize = 16;
 /// Change in the logarithm of the focal length below which it is found.
 const SETTLED: f64 = 2e-3;
 /// Largest standard deviation of the focal length, share of it, with which a camera is of use: places are off by about as much of their distances.
-const MOST_DEVIATION: f64 = 0.02;
+const MOST_DEVIATION: f64 = 0.03;
 /// Fewest keyframes that tell a lens.
 const LEAST_KEYFRAMES: usize = 3;
 /// Larger images are taken at half their size and less, pixels: what they tell more of a lens is not worth the time.
@@ -143,20 +143,24 @@ impl SelfCalibrator {
             };
         }
         let mut round = best.map_err(|counts| self.too_little(counts))?;
-        let mut change = f64::INFINITY;
+        // How far the focal length is from what it was, one round after the other.
+        let mut changes: Vec<f64> = Vec::new();
         for _ in 0..MAX_ROUNDS {
             let before = round.fit.lens;
             round = follow(&self.images, &config, seed, before, &mut goes_on)?
                 .map_err(|counts| self.too_little(counts))?;
-            change = round.fit.lens.log_focal() - before.log_focal();
+            let change = round.fit.lens.log_focal() - before.log_focal();
+            changes.iter_mut().for_each(|earlier| *earlier += change);
+            changes.push(change);
             if change.abs() < SETTLED {
+                changes = vec![change];
                 break;
             }
         }
-        // What still changes is not known either; what changes by more than it is known to has not come to rest.
-        let is_at_rest = change.abs() < SETTLED.max(round.fit.focal_deviation);
-        let left = if is_at_rest { change } else { change * MAX_ROUNDS as f64 };
-        let focal_deviation = round.fit.focal_deviation.hypot(left);
+        // What did not come to rest is not known better than it has changed in the second half of the rounds.
+        let lately = changes[changes.len() / 2..].iter();
+        let focal_deviation =
+            round.fit.focal_deviation.hypot(lately.fold(0.0, |most, change| most.max(change.abs())));
         let camera = round.fit.lens.camera().and_then(|camera| self.enlarged(&camera));
         match camera {
             Some(camera) if focal_deviation <= MOST_DEVIATION => Ok(SelfCalibration {
