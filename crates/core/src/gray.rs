@@ -46,6 +46,28 @@ impl GrayImage {
         RgbImage::from_raw(side(self.width), side(self.height), data).unwrap_or_default()
     }
 
+    /// The image at a whole fraction of its size: each pixel is the rounded mean of a square of `factor` pixels (at least 1) a side. What
+    /// does not fill a square at the right and at the bottom is left out.
+    #[must_use]
+    pub fn shrunk(&self, factor: usize) -> Self {
+        let factor = factor.max(1);
+        let mut out = Self::new(self.width / factor, self.height / factor);
+        let area = (factor * factor) as u32;
+        let mut sums = vec![0_u32; out.width];
+        for (y, target) in out.data.chunks_exact_mut(out.width.max(1)).enumerate() {
+            sums.fill(0);
+            for row in y * factor..(y + 1) * factor {
+                for (sum, square) in sums.iter_mut().zip(self.row(row).chunks_exact(factor)) {
+                    *sum += square.iter().map(|pixel| u32::from(*pixel)).sum::<u32>();
+                }
+            }
+            for (pixel, sum) in target.iter_mut().zip(&sums) {
+                *pixel = ((sum + area / 2) / area) as u8;
+            }
+        }
+        out
+    }
+
     /// Width, pixels.
     #[inline]
     pub fn width(&self) -> usize {
@@ -97,6 +119,15 @@ mod tests {
     fn gray_stays_gray_and_green_is_brightest() {
         let image = RgbImage::from_raw(3, 1, vec![200, 200, 200, 0, 255, 0, 0, 0, 255]).unwrap();
         assert_eq!(GrayImage::from_rgb(&image).data(), &[200, 150, 29]);
+    }
+
+    #[test]
+    fn shrinking_takes_the_mean_of_squares() {
+        let rows = [[10, 20, 30, 40, 99], [20, 30, 50, 60, 99], [0, 0, 0, 1, 99]];
+        let image = GrayImage::from_raw(5, 3, rows.concat()).unwrap();
+        assert_eq!(image.shrunk(2), GrayImage::from_raw(2, 1, vec![20, 45]).unwrap());
+        assert_eq!(image.shrunk(1), image);
+        assert_eq!(image.shrunk(7).data(), &[0; 0]);
     }
 
     #[test]

@@ -38,6 +38,18 @@ pub enum FileError {
         /// What was expected and what was found.
         reason: String,
     },
+    /// Nothing says what camera took the images of a folder.
+    #[error(
+        "{}: expected a calibration ({looked_for}), found none; give one with --camera FILE (visloc calibrate makes it, of photos of a board or \
+         of the images themselves)",
+        path.display()
+    )]
+    NoCamera {
+        /// The folder.
+        path: PathBuf,
+        /// Name of the file that would have said it.
+        looked_for: String,
+    },
     /// The calibration cannot belong to a camera.
     #[error("{}: {source}", path.display())]
     Camera {

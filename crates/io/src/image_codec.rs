@@ -308,6 +308,10 @@ pub fn resize_gray(image: GrayImage, (width, height): (u32, u32)) -> GrayImage {
     if (image.width(), image.height()) == (width as usize, height as usize) {
         return image;
     }
+    let factor = image.width() / (width as usize).max(1);
+    if factor > 1 && (image.width(), image.height()) == (factor * width as usize, factor * height as usize) {
+        return image.shrunk(factor);
+    }
     let old_px = (image.width() as u32, image.height() as u32);
     let resized = image::GrayImage::from_raw(old_px.0, old_px.1, image.data().to_vec())
         .map(|old| image::imageops::resize(&old, width, height, image::imageops::FilterType::Triangle));

@@ -194,7 +194,7 @@ fn ranges_strides_and_scales() {
         stride: 2,
         ..SequenceRange::default()
     };
-    let options = SequenceOptions { range, scale: 0.5, ..SequenceOptions::default() };
+    let options = SequenceOptions { range, scale: Some(0.5), ..SequenceOptions::default() };
     let dataset = five();
     let mut sequence = dataset.open(&options).unwrap();
     assert_eq!(sequence.images.camera().size_px(), (32, 24));
@@ -202,10 +202,20 @@ fn ranges_strides_and_scales() {
     let image = sequence.images.next_item().unwrap().unwrap().image;
     assert_eq!((image.width(), image.height()), (32, 24));
     assert_eq!(stamps(&mut sequence), [7.3]);
+    // Large ones are shrunk by a whole number where no scale is asked for.
+    for (scale, most_side_px, width) in
+        [(None, Some(64), 64), (None, Some(63), 32), (None, Some(30), 21), (Some(1.0), Some(30), 64)]
+    {
+        let options = SequenceOptions { scale, most_side_px, ..SequenceOptions::default() };
+        let mut sequence = five().open(&options).unwrap();
+        assert_eq!(sequence.images.camera().size_px().0, width);
+        assert_eq!(sequence.images.next_item().unwrap().unwrap().image.width(), width as usize);
+        assert_eq!(sequence.warnings.iter().any(|warning| warning.contains("--scale 1")), width < 64);
+    }
     let range = SequenceRange { start: Bound::Frame(9), ..SequenceRange::default() };
     let options = SequenceOptions { range, ..SequenceOptions::default() };
     assert!(five().open(&options).unwrap_err().contains("5 images, found none"));
-    let options = SequenceOptions { scale: f64::NAN, ..SequenceOptions::default() };
+    let options = SequenceOptions { scale: Some(f64::NAN), ..SequenceOptions::default() };
     assert!(five().open(&options).unwrap_err().contains("scale"));
 }
 

@@ -82,7 +82,7 @@ pub struct SlamArgs {
     /// Use only every Nth image
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub stride: u32,
-    /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1]
+    /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1, or a whole fraction where a side would be longer than 1600 px]
     #[arg(long, value_name = "FACTOR", value_parser = number)]
     pub scale: Option<f64>,
     #[command(flatten)]

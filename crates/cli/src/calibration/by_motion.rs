@@ -3,10 +3,14 @@
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 use visloc_core::{Timestamp, geom::Camera};
-use visloc_io::camera_file::{CameraFormat, CameraToml, write_camera};
+use visloc_io::{
+    camera_file::{CameraFormat, CameraToml, write_camera},
+    sequence::SequenceRange,
+    sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images},
+};
 use visloc_slam::{SelfCalibration, SelfCalibrator, SlamConfig};
 
-use super::source::{NamedImage, Taking, open_images};
+use super::source::{NamedImage, NamedImages, Taking, each_image, each_in_stream};
 use crate::{
     args::CalibrateArgs,
     host::{host, stop_at_signals},
@@ -19,6 +23,7 @@ use crate::{
 const TAKING: Taking = Taking {
     apart_secs: 0.0,
     most: 600,
+    is_spread: false,
     advice: "move the camera sideways and turn it, where there is texture and without jerks",
 };
 /// Of the random choices of following: any will do.
@@ -61,27 +66,76 @@ pub fn calibrate_by_motion(args: &CalibrateArgs) -> Result<()> {
         );
     }
     stop_at_signals();
-    let pictures = open_images(&args.source, &args.options, TAKING)?;
-    let done = calibrate_from(args, &pictures.images);
-    pictures.end(done)
+    say::note!("no board (--size): the camera is found from its own motion, which takes some seconds");
+    let mut taken = Taken::default();
+    let damage =
+        each_image(&args.source, &args.options, TAKING, &mut |image| taken.take(image.origin(), image))?;
+    let done = taken
+        .find()
+        .with_context(|| args.source.clone())
+        .and_then(|found| finish(args, &found, taken.calibrator.num_images()));
+    NamedImages { images: Vec::new(), damage }.end(done)
 }
 
-fn calibrate_from(args: &CalibrateArgs, images: &[NamedImage]) -> Result<()> {
-    let mut calibrator = SelfCalibrator::default();
-    for (i, image) in images.iter().take(TAKING.most).enumerate() {
-        let at = image.at.unwrap_or_else(|| Timestamp::from_secs(i as f64 / USUAL_RATE_HZ));
-        calibrator.add(at, image.read()?).with_context(|| image.origin())?;
-    }
-    say::note!("no board (--size): the camera is found from its own motion, which takes some seconds");
-    let progress = Progress::new(None);
-    let goes_on = || {
-        progress.advance();
-        !host().was_interrupted()
+/// Opens the images of a calibrated camera. Where nothing says what camera took them, it is found from its own motion first.
+///
+/// # Errors
+/// If there is no such source, it has no use for an option, or its camera is not known and its images do not tell it.
+pub fn open_images_or_find_camera(source: &str, options: &SourceOptions) -> Result<OpenImages> {
+    let lacking = match open_images(source, options, host()) {
+        Err(error) if error.lacks_camera() && !SourceAddress::parse(source)?.kind().is_live => error,
+        opened => return Ok(opened?),
     };
-    let found = calibrator.calibrate(&SlamConfig::default(), SEED, goes_on);
-    progress.clear();
-    let found = found.map_err(|error| anyhow!("{}: {error}", args.source))?;
-    print(&found, calibrator.num_images());
+    say::note!(
+        "nothing says what camera took these images (--camera): it is found from its own motion, which takes some seconds"
+    );
+    let range = SequenceRange { stride: 1, ..options.range };
+    let mut pictures = SourceOptions { range, scale: None, ..options.clone() };
+    pictures.honored_elsewhere.push(SourceOption::Scale);
+    let mut taken = Taken::default();
+    each_in_stream(source, &pictures, TAKING, &mut |image| taken.take(image.origin(), image))?;
+    let found = taken.find().with_context(|| lacking.to_string())?;
+    print(&found, taken.calibrator.num_images());
+    say::note!(
+        "visloc calibrate {source} --out camera.toml keeps this camera, and --camera camera.toml spares the time"
+    );
+    let mut options = options.clone();
+    options.usual.camera = Some(found.camera);
+    Ok(open_images(source, &options, host())?)
+}
+
+/// Images that a camera is found from.
+#[derive(Default)]
+struct Taken {
+    calibrator: SelfCalibrator,
+}
+
+impl Taken {
+    /// The first ones are enough.
+    fn take(&mut self, origin: String, image: NamedImage) -> Result<()> {
+        let num_images = self.calibrator.num_images();
+        if num_images == TAKING.most {
+            return Ok(());
+        }
+        let at = image.at.unwrap_or_else(|| Timestamp::from_secs(num_images as f64 / USUAL_RATE_HZ));
+        self.calibrator.add(at, image.into_pixels()?).context(origin)
+    }
+
+    fn find(&self) -> Result<SelfCalibration> {
+        let progress = Progress::new(None);
+        let goes_on = || {
+            progress.advance();
+            !host().was_interrupted()
+        };
+        let found = self.calibrator.calibrate(&SlamConfig::default(), SEED, goes_on);
+        progress.clear();
+        Ok(found?)
+    }
+}
+
+fn finish(args: &CalibrateArgs, found: &SelfCalibration, num_images: usize) -> Result<()> {
+    print(found, num_images);
+    say::line!("a board tells more: visloc calibrate --help");
     let mut saving = Saving::default();
     let head = format!(
         "Camera from its own motion, written by visloc calibrate: the focal length is known to {:.1} %. Lengths in pixels; \
@@ -100,7 +154,7 @@ fn calibrate_from(args: &CalibrateArgs, images: &[NamedImage]) -> Result<()> {
         quality: Quality {
             source: "motion",
             focal_deviation: found.focal_deviation,
-            num_images: calibrator.num_images(),
+            num_images,
             num_tracked: found.num_tracked,
             num_keyframes: found.num_keyframes,
         },
@@ -122,5 +176,4 @@ fn print(found: &SelfCalibration, num_images: usize) {
     say::line!("  fx, fy  {focal:.1} +- {:.1} px", focal * found.focal_deviation);
     say::line!("  cx, cy  {cx:.1}, {cy:.1} px");
     say::line!("  k1, k2  {:.4}, {:.4}", radial[0], radial[1]);
-    say::line!("a board tells more: visloc calibrate --help");
 }

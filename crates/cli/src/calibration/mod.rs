@@ -9,7 +9,7 @@ mod source;
 mod words;
 
 pub use by_hand::{Start, by_hand_page};
-pub use by_motion::calibrate_by_motion;
+pub use by_motion::{calibrate_by_motion, open_images_or_find_camera};
 pub use detections::{Detected, find_boards};
 pub use pictures::draw;
 pub use report::{CalibrationReport, camera_toml, markdown};

@@ -136,6 +136,9 @@ fn record_frames(
 
 fn record_pictures(open: OpenPictures, mut writer: BagWriter, max_frames: Option<u32>) -> Result<Recorded> {
     let OpenPictures { mut pictures, calibration, .. } = open;
+    if calibration.is_none() {
+        say::note!("the calibration is not known, so there is no CameraInfo; --camera FILE gives one");
+    }
     let progress = Progress::new(pictures.status().num_items);
     let mut camera: Option<Camera> = None;
     let (mut num_images, mut error) = (0, None);

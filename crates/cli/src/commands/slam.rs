@@ -41,9 +41,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         let driven = steering.as_ref().map(|steering| steering.simulated(&args.source, options));
         Ok(driven.transpose()?.flatten())
     })?;
-    for warning in warnings.iter().chain(&too_large(source.camera().size_px())) {
-        say::note!("{warning}");
-    }
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
     if let (Some(poses), Some(out)) = (args.poses.as_deref(), args.save.as_deref()) {
         return map_given_poses(args, &config, source.as_mut(), (poses, out));
     }
@@ -87,18 +85,6 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         saving.save(Err(anyhow!("{}: no image came", args.source)));
     }
     saving.end()
-}
-
-/// Images with a longer side than this seldom get a map started: from one to the next corners move farther than they are looked for.
-const MOST_SIDE_PX: u32 = 1600;
-
-/// What to do about large images.
-fn too_large((width, height): (u32, u32)) -> Option<String> {
-    let longer = width.max(height);
-    let scale = (20.0 * 1280.0 / f64::from(longer)).floor().max(1.0) / 20.0;
-    (longer > MOST_SIDE_PX).then(|| {
-        format!("images of {width} x {height} px are larger than corners are followed well in: --scale {scale} finds more, and takes less time")
-    })
 }
 
 fn job(args: &SlamArgs) -> SlamJob {

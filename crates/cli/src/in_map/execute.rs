@@ -14,6 +14,7 @@ use visloc_vmap::{MapLocalizer, VisualMap};
 use super::{
     diagnosis::MapCounters,
     frames::MapFrames,
+    photo::finest_focal_px,
     report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
     watchers::Watchers,
 };
@@ -98,6 +99,7 @@ fn run(
     let progress = Progress::new(frames.status().num_items);
     let (mut config, mut seed) = (config.clone(), args.seed.value());
     let mut localizer: Option<MapLocalizer> = None;
+    let mut finest_px = finest_focal_px(map);
     let mut run = Run {
         records: Vec::new(),
         map: None,
@@ -119,10 +121,12 @@ fn run(
         if let Some(wish) = watchers.take_wishes(&mut config, &mut seed) {
             localizer = None;
             if let MapWish::In(other) = wish {
+                finest_px = finest_focal_px(&other);
                 run.map = Some(other);
             }
         }
         let map = run.map.as_deref().unwrap_or(map);
+        let frame = frame.as_fine_as(finest_px);
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {

@@ -2,10 +2,11 @@
 
 use anyhow::{Result, bail};
 use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, Source, SourceError, SourceFrame, SourceStatus};
-use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
+use visloc_io::sources::{SourceAddress, SourceOptions, open_frames};
 
 use crate::{
     args::CorrectionArgs,
+    calibration::open_images_or_find_camera,
     host::host,
     run::{corrected, of_one_camera},
     slam::MapFrame,
@@ -43,7 +44,7 @@ impl MapFrames {
         if corrections.robot.is_some() {
             bail!("--robot: there is no robot in {name}");
         }
-        let open = open_images(name, options, host())?;
+        let open = open_images_or_find_camera(name, options)?;
         Ok((Self::Images(open.images), open.truth, open.warnings))
     }
 

@@ -101,7 +101,7 @@ pub fn locate(args: &LocateArgs, image: RgbImage, calibrated: Camera) -> Result<
 }
 
 /// Focal length of the camera of the map that sees most in a degree, pixels.
-fn finest_focal_px(map: &VisualMap) -> Option<f64> {
+pub fn finest_focal_px(map: &VisualMap) -> Option<f64> {
     let cameras = map.map.all_keyframes().filter_map(|(_, keyframe)| keyframe.foreign.as_deref());
     cameras.map(|session| session.camera.focal_px().0).max_by(f64::total_cmp)
 }

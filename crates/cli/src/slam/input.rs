@@ -10,10 +10,15 @@ use visloc_io::{
 use super::pace::BACKLOG_SECS;
 use crate::{
     args::SlamArgs,
+    calibration::open_images_or_find_camera,
     host::host,
     run::{OpenSource, prepare, source_options},
     settings::topic_options,
 };
+
+/// Images with a longer side than this are shrunk: from one to the next their corners move farther than they are looked for, and what they
+/// tell more is not worth the time.
+pub const MOST_SIDE_PX: u32 = 1600;
 
 /// Opens what the arguments name; `driven` opens the robot instead that carries the camera, if others may drive it.
 pub fn open_input(
@@ -31,12 +36,15 @@ pub fn open_input(
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.backlog_secs = BACKLOG_SECS;
+    // Photos with given poses are not followed from one to the next.
+    options.usual.most_side_px = args.poses.is_none().then_some(MOST_SIDE_PX);
     prepare(&args.source)?;
     match driven(&options)? {
         Some(driven) => {
             let images = Box::new(robot_images(driven.frames)?);
             Ok(OpenImages { images, truth: None, warnings: driven.warnings })
         }
+        None if args.poses.is_none() => open_images_or_find_camera(&args.source, &options),
         None => Ok(open_images(&args.source, &options, host())?),
     }
 }

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use visloc_core::{CameraTrajectory, Frame, GrayFrame, Truth, geom::Camera};
+use visloc_io::image_codec::resize_gray;
 use visloc_slam::SlamConfig;
 use visloc_vmap::{MapLocalizer, VisualMap};
 
@@ -13,6 +14,21 @@ pub struct MapFrame {
     pub camera: Camera,
     /// All that a robot senses, and where it was, if the camera is on one.
     pub robot: Option<(Frame, Option<Truth>)>,
+}
+
+impl MapFrame {
+    /// The same with the image shrunk by the whole number that makes its pixels about as fine as the finest of a map, which are `focal_px`
+    /// pixels to the radian: what it shows finer has no counterpart there.
+    #[must_use]
+    pub fn as_fine_as(self, focal_px: Option<f64>) -> Self {
+        let factor = focal_px.map_or(1.0, |focal_px| (self.camera.focal_px().0 / focal_px).round());
+        if factor < 2.0 {
+            return self;
+        }
+        let camera = self.camera.scaled(1.0 / factor);
+        let image = resize_gray(self.gray.image, camera.size_px());
+        Self { gray: GrayFrame { image, ..self.gray }, camera, ..self }
+    }
 }
 
 /// Where a camera is to be looked for anew.

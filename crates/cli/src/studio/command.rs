@@ -34,7 +34,7 @@ use crate::{
     run::{refuse_source_options, source_options},
     say,
     settings::topic_options,
-    slam::{is_map_of_slam, load_map},
+    slam::{MOST_SIDE_PX, is_map_of_slam, load_map},
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
 
@@ -221,7 +221,8 @@ fn frames_opener(
 fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
-        let options = SourceOptions { seed: Some(seed), ..options.clone() };
+        let mut options = SourceOptions { seed: Some(seed), ..options.clone() };
+        options.usual.most_side_px = Some(MOST_SIDE_PX);
         let open = open_images(&name, &options, &host).map_err(|error| StudioError::input(&name, error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         Ok(OpenCamera { images: open.images, truth: open.truth })

@@ -181,6 +181,23 @@ fn a_camera_is_found_from_its_own_motion_without_a_board() {
     assert!(refused(&["--square", "0.03"]).contains("--size"));
     assert!(refused(&["--report", "r"]).contains("--report: expected a board"));
     assert!(refused(&["--model", "radtan4"]).contains("--model: expected a board"));
-    let slam = workspace.refused(&["slam", clip]);
-    assert!(slam.contains("visloc calibrate"), "{slam}");
+}
+
+#[test]
+fn where_nothing_says_what_camera_it_was_it_is_found_first() {
+    let workspace = Workspace::new();
+    let clip = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip/rgb");
+    let clip = clip.to_str().unwrap();
+    let slam = workspace.must(&["slam", clip, "--json", "slam.json", "--save", "desk.vmap"]);
+    assert!(slam.stdout.contains("60 images of 320 x 240 px, 60 followed"), "{}", slam.stdout);
+    assert!(slam.stdout.contains("--out camera.toml keeps"), "{}", slam.stdout);
+    assert_eq!(workspace.json("slam.json")["coverage"], 1.0);
+    let localize = workspace.must(&["localize", clip, "--map", "desk.vmap", "--json", "there.json"]);
+    assert!(localize.stdout.contains("localized in 100.0 %"), "{}", localize.stdout);
+    // Images that do not tell it, and poses that another camera had.
+    let few = workspace.refused(&["slam", clip, "--frames", "3"]);
+    assert!(few.contains("expected a calibration") && few.contains("can be followed in"), "{few}");
+    workspace.write("poses.tum", "0 0 0 0 0 0 0 1\n");
+    let given = workspace.refused(&["slam", clip, "--poses", "poses.tum", "--save", "m.vmap"]);
+    assert!(given.contains("expected a calibration"), "{given}");
 }

@@ -42,10 +42,10 @@ impl FileSequence {
         Self { camera, file_size_px: camera.size_px(), files, next: 0, skipped }
     }
 
-    /// Shrinks or enlarges every image, and the camera with them.
+    /// Shrinks or enlarges every image to the size of another camera, which becomes that of the sequence.
     #[must_use]
-    pub fn scaled(mut self, scale: f64) -> Self {
-        self.camera = self.camera.scaled(scale);
+    pub fn resized(mut self, camera: Camera) -> Self {
+        self.camera = camera;
         self
     }
 

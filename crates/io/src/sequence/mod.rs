@@ -11,10 +11,11 @@ mod pictures;
 mod range;
 
 pub use files::{FileSequence, ImageFile};
-pub use layouts::{instead_of_images, is_image};
+pub use layouts::{image_files, instead_of_images, is_image};
+pub(crate) use open::resized;
 pub use open::{
-    Listing, SCALES, Sequence, SequenceOptions, check_scaled, fit_calibration, list_sequence, open_sequence,
-    open_tum, sequence_layouts,
+    Listing, SCALES, Sequence, SequenceOptions, fit_calibration, list_sequence, open_sequence, open_tum,
+    sequence_layouts,
 };
 pub use pictures::FilePictures;
 pub use range::{Bound, InRange, RangeJudge, SequenceRange};

@@ -26,9 +26,14 @@ visloc_core::with_defaults! {
         /// Which images are used.
         pub range: SequenceRange = SequenceRange::default(),
         /// Size of the images that are handed out, as a factor.
-        pub scale: f64 = 1.0,
+        pub scale: Option<f64> = None,
+        /// Longer side of an image that is handed out as it is, pixels, if no scale is asked for: larger ones are shrunk by the least whole
+        /// number that brings them below.
+        pub most_side_px: Option<u32> = None,
         /// Calibration to use instead of the dataset's.
         pub calibration: Option<PathBuf> = None,
+        /// Camera of a dataset that does not say what its camera is.
+        pub camera: Option<Camera> = None,
         /// Images a second of a plain folder, over what its calibration or the names of its images say; above 0.
         pub rate_hz: Option<f64> = None,
         /// Key of the layout (see [`sequence_layouts`]); recognized if absent.
@@ -114,8 +119,8 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
 /// # Errors
 /// If there is no known layout, no calibration or an impossible one, no image in the range, or none that can be read.
 pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequence, FileError> {
-    if !(SCALES.0..=SCALES.1).contains(&options.scale) {
-        let reason = format!("expected a scale from {} to {}, found {:?}", SCALES.0, SCALES.1, options.scale);
+    if let Some(scale) = options.scale.filter(|scale| !(SCALES.0..=SCALES.1).contains(scale)) {
+        let reason = format!("expected a scale from {} to {}, found {scale:?}", SCALES.0, SCALES.1);
         return Err(FileError::form(folder, reason));
     }
     let mut listing = list_sequence(folder, options)?;
@@ -123,22 +128,43 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
     let Listing { images, calibration, truth, layout, skipped, mut warnings } = listing;
     let (calibration, calibration_file) = calibration?;
     let camera = fit_calibration(&calibration, size_px, &calibration_file, &mut warnings)?;
-    check_scaled(&camera, options.scale).map_err(|reason| FileError::form(folder, reason))?;
+    let handed_out = resized(&camera, options.scale, options.most_side_px, &mut warnings)
+        .map_err(|reason| FileError::form(folder, reason))?;
     warnings.extend(gaps(&images));
     let images = FileSequence::new(camera, images, SequenceRange::default(), skipped);
-    let images = if options.scale == 1.0 { images } else { images.scaled(options.scale) };
+    let images = images.resized(handed_out);
     Ok(Sequence { images, truth, layout, warnings })
 }
 
-/// Whether images of a camera can be resized by a factor: what comes out has to be an image still.
+/// The camera of the images that are handed out, by the scale that is asked for or the longer side that is enough
+/// (see [`SequenceOptions`]).
 ///
 /// # Errors
-/// What was expected and what would come out.
-pub fn check_scaled(camera: &Camera, scale: f64) -> Result<(), String> {
-    let ((width, height), (to_width, to_height)) = (camera.size_px(), camera.scaled(scale).size_px());
+/// If what comes out would be no image: what was expected and what would come out.
+pub(crate) fn resized(
+    camera: &Camera,
+    scale: Option<f64>,
+    most_side_px: Option<u32>,
+    warnings: &mut Vec<String>,
+) -> Result<Camera, String> {
+    let (width, height) = camera.size_px();
+    let Some(scale) = scale else {
+        let factor = most_side_px.map_or(1, |most| width.max(height).div_ceil(most.max(1)));
+        if factor == 1 {
+            return Ok(*camera);
+        }
+        let shrunk = camera.scaled(1.0 / f64::from(factor));
+        let (to_width, to_height) = shrunk.size_px();
+        warnings.push(format!(
+            "images of {width} x {height} px are used at {to_width} x {to_height} (--scale 1: as they are)"
+        ));
+        return Ok(shrunk);
+    };
+    let scaled = camera.scaled(scale);
+    let (to_width, to_height) = scaled.size_px();
     let is_image = |side: u32| (MIN_SCALED_PX..=MAX_IMAGE_SIDE_PX).contains(&side);
     if scale == 1.0 || (is_image(to_width) && is_image(to_height)) {
-        return Ok(());
+        return Ok(scaled);
     }
     Err(format!(
         "--scale {scale:?}: images of {width} x {height} px would become {to_width} x {to_height}, expected sides from \
@@ -198,18 +224,12 @@ fn choose(
         return Err(error);
     }
     let file = contents.calibration_file.clone();
-    let calibration = contents.calibration.take().ok_or_else(|| no_calibration(folder, &file))?;
+    let own = contents.calibration.take().or_else(|| options.camera.as_ref().map(Calibration::of));
+    let looked_for =
+        || file.file_name().map_or("camera.yaml".into(), |name| name.to_string_lossy().into_owned());
+    let calibration =
+        own.ok_or_else(|| FileError::NoCamera { path: folder.to_path_buf(), looked_for: looked_for() })?;
     Ok((calibration, file))
-}
-
-fn no_calibration(folder: &Path, looked_for: &Path) -> FileError {
-    let name = looked_for.file_name().map_or_else(|| "camera.yaml".into(), |name| name.to_string_lossy());
-    FileError::form(
-        folder,
-        format!(
-            "expected a calibration ({name}), found none; give one with --camera FILE (visloc calibrate makes it, of photos of a board or of the images themselves)"
-        ),
-    )
 }
 
 impl Listing {
@@ -298,8 +318,13 @@ pub fn fit_calibration(
                 expected.0, expected.1, size_px.0, size_px.1
             );
             if !is_same_picture {
-                let reason =
-                    format!("{difference}: cropped, turned or another camera; calibrate with these images");
+                let is_turned = is_same_shape((expected.1, expected.0), size_px);
+                let why = if is_turned {
+                    "turned by a quarter; turn the images back, or calibrate with images that are turned so"
+                } else {
+                    "cropped or another camera; calibrate with these images"
+                };
+                let reason = format!("{difference}: {why}");
                 return Err(FileError::form(path, reason));
             }
             warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));

@@ -155,6 +155,14 @@ pub enum SourcesError {
     Ros2(#[from] crate::ros2::Ros2Error),
 }
 
+impl SourcesError {
+    /// Whether all that is missing is a calibration of the camera.
+    #[must_use]
+    pub fn lacks_camera(&self) -> bool {
+        matches!(self, Self::NoCamera { .. } | Self::Sequence(FileError::NoCamera { .. }))
+    }
+}
+
 fn did_you_mean(nearest: &Option<String>) -> String {
     nearest.as_ref().map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
 }

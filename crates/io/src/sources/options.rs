@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use visloc_core::geom::Mount;
+use visloc_core::geom::{Camera, Mount};
 
 use super::source_option::{FORWARD_M, HEIGHTS_M, PATIENCES_SECS, RATES_HZ, SourceOption};
 use crate::{
@@ -59,6 +59,10 @@ visloc_core::with_defaults! {
         pub num_threads: usize = 1,
         /// Most frames that will be taken from a simulation; it prepares no more.
         pub max_frames: Option<usize> = None,
+        /// Longer side of gray images that are handed out as they are, pixels: larger ones are shrunk by a whole number.
+        pub most_side_px: Option<u32> = None,
+        /// Camera of gray images that come without a word about theirs.
+        pub camera: Option<Camera> = None,
         /// Domain of live topics, for instance `ROS_DOMAIN_ID` of the environment.
         pub domain_id: u16 = 0,
         /// How long a gray image of a live source may wait while those before it are worked on, seconds: then only the newest

@@ -11,7 +11,7 @@ mod zurich;
 
 use std::path::{Path, PathBuf};
 
-pub use numbered::{instead_of_images, is_image};
+pub use numbered::{image_files, instead_of_images, is_image};
 use visloc_core::{CameraTrajectory, SkippedInput, files};
 
 use super::{Calibration, ImageFile};

@@ -10,7 +10,10 @@ use visloc_core::Timestamp;
 use crate::FileError;
 
 /// All PNG and JPEG files of a folder, in the order of all numbers in their names: 2 comes before 10.
-pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(FileError::io(folder))? {
         let path = entry.map_err(FileError::io(folder))?.path();

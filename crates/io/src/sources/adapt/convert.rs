@@ -10,8 +10,8 @@ use visloc_core::{
 use super::{Shot, ranged::Ranged, same_size::SameSize};
 use crate::{
     image_codec::resize_gray,
-    sequence::{Calibration, SequenceRange, check_scaled, fit_calibration, read_calibration},
-    sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request},
+    sequence::{Calibration, SequenceRange, fit_calibration, read_calibration, resized},
+    sources::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request},
 };
 
 /// The frames of a robot with one camera.
@@ -70,14 +70,12 @@ pub(crate) fn images_of_gray(
     calibration: Option<(Calibration, PathBuf)>,
     mut warnings: Vec<String>,
 ) -> Result<OpenImages, SourcesError> {
-    let scale = request.options.scale();
-    let (mut camera, images) = calibrated(request, gray, calibration, &mut warnings)?;
-    if let Err(reason) = check_scaled(&camera, scale) {
-        return request.cannot(reason);
-    }
-    if scale != 1.0 {
-        camera = camera.scaled(scale);
-    }
+    let SourceOptions { scale, usual, .. } = request.options;
+    let (camera, images) = calibrated(request, gray, calibration, &mut warnings)?;
+    let camera = match resized(&camera, *scale, usual.most_side_px, &mut warnings) {
+        Ok(camera) => camera,
+        Err(reason) => return request.cannot(reason),
+    };
     let images = Mapped::new(images, move |frame: GrayFrame| {
         let image = resize_gray(frame.image, camera.size_px());
         Ok(GrayFrame { image, ..frame })
@@ -141,7 +139,9 @@ fn calibrated<T: Shot + 'static>(
 ) -> Result<(Camera, Box<dyn Source<T>>), SourcesError> {
     let (calibration, path) = match &request.options.camera {
         Some(path) => (read_calibration(path)?, path.clone()),
-        None => calibration.ok_or_else(|| SourcesError::NoCamera { argument: request.argument() })?,
+        None => calibration
+            .or_else(|| Some((Calibration::of(&request.options.usual.camera?), PathBuf::new())))
+            .ok_or_else(|| SourcesError::NoCamera { argument: request.argument() })?,
     };
     let mut images = Ranged::new(images, request.options.range);
     let first = images.next_item();

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{SourceKind, Way, always_usable};
 use crate::{
+    FileError,
     sequence::{
         FilePictures, Listing, Sequence, SequenceOptions, SequenceRange, list_sequence, open_sequence,
         sequence_layouts,
@@ -38,8 +39,10 @@ fn sequence_options(request: &Request<'_>) -> SequenceOptions {
     let scheme = request.address.scheme();
     SequenceOptions {
         range: options.range,
-        scale: options.scale(),
+        scale: options.scale,
+        most_side_px: options.usual.most_side_px,
         calibration: options.camera.clone(),
+        camera: options.usual.camera,
         rate_hz: options.rate_hz,
         layout: sequence_layouts().map(|(key, _)| key).find(|key| *key == scheme),
     }
@@ -60,7 +63,10 @@ fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
 
 fn pictures_of(listing: Listing, chosen: impl FnOnce(FilePictures) -> FilePictures) -> OpenPictures {
     let Listing { images, calibration, skipped, mut warnings, .. } = listing;
-    if let Err(error) = &calibration {
+    // Pictures need no calibration; a broken one is worth a word.
+    if let Err(error) = &calibration
+        && !matches!(error, FileError::NoCamera { .. })
+    {
         warnings.push(format!("no calibration: {error}"));
     }
     let pictures = Box::new(chosen(FilePictures::new(images, skipped)));
