@@ -9,7 +9,7 @@ use crate::{
     recognize::{Located, Refusal, Rival, SURE, are_apart},
     schedule::Job,
     timing::StageTimer,
-    track::{FrameWork, Incoming, TrackReport},
+    track::{FrameWork, Incoming, LocalMap, TrackReport},
 };
 
 /// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.
@@ -53,6 +53,22 @@ impl FrontEnd {
         Some(self.go_on_at(located, outcome, timer))
     }
 
+    /// Looks by descriptors for what the last frame saw: patches cannot be followed where the camera has turned too far from one image to the next.
+    pub(super) fn found_near(
+        &mut self,
+        local_map: &LocalMap,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let is_near = |id: KeyframeId| local_map.keyframes.contains(&id);
+        let mut report = self.recognize_among(is_near, incoming, timer).ok()?.report;
+        self.tracker.hold_place(&self.map, incoming, &mut report);
+        self.num_bad = 0;
+        self.remember(incoming, report.covariance);
+        Some(self.accept(report, outcome, timer))
+    }
+
     /// Looks for the camera in the fixed map while its place is in doubt; where more of that map is seen than here, it goes on.
     pub(super) fn look_elsewhere(
         &mut self,
@@ -67,7 +83,7 @@ impl FrontEnd {
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let is_candidate = |id| self.map.is_fixed(id);
-        let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
+        let found = self.relocator.attempt(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
         let is_apart = |rival: &Rival| are_apart(&self.map, (self.map.active(), here), rival.pose());
         let elsewhere = |located: &Located| {
@@ -90,9 +106,19 @@ impl FrontEnd {
         incoming: &Incoming<'_>,
         timer: &mut StageTimer,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
+        self.recognize_among(|_| true, incoming, timer)
+    }
+
+    /// Looks for the keyframe, one of some, that shows the place.
+    fn recognize_among(
+        &mut self,
+        is_candidate: impl Fn(KeyframeId) -> bool,
+        incoming: &Incoming<'_>,
+        timer: &mut StageTimer,
+    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
-        let found = self.relocator.attempt(&self.map, incoming, &mut work);
+        let found = self.relocator.attempt(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
         match found {
             Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {

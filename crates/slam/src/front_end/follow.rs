@@ -50,6 +50,12 @@ impl FrontEnd {
                 Some(self.carry(report, &moved, outcome, timer))
             }
             report => {
+                if self.keeping == Keeping::Growing
+                    && let Some(report) = &report
+                    && let Some(job) = self.found_near(&report.local_map, incoming, outcome, timer)
+                {
+                    return Some(job);
+                }
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.remember(incoming, None);

@@ -49,24 +49,12 @@ impl Relocator {
         self.locator.doubt();
     }
 
-    /// Tries the keyframes of all maps that look most like the image. The place where most landmarks were found is the answer.
+    /// Tries the keyframes of all maps, or some of them, that look most like the image. The place where most landmarks were found is the
+    /// answer.
     ///
     /// # Errors
     /// The keyframe that looks most like the image and why it is not the place; `None` if nothing looks like it.
     pub fn attempt(
-        &self,
-        map: &Map,
-        incoming: &Incoming<'_>,
-        work: &mut FrameWork<'_>,
-    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        self.attempt_among(map, |_| true, incoming, work)
-    }
-
-    /// Tries only some of the keyframes, see [`Relocator::attempt`].
-    ///
-    /// # Errors
-    /// As [`Relocator::attempt`].
-    pub fn attempt_among(
         &self,
         map: &Map,
         is_candidate: impl Fn(KeyframeId) -> bool,

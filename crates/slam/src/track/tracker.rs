@@ -166,8 +166,7 @@ impl Tracker {
         if report.quality == Quality::Bad {
             report = self.track_wide(map, incoming, &predicted, last, work).unwrap_or(report);
         }
-        let going_on = self.expected_motion(last, incoming) * last.camera_from_world;
-        self.hold_place(map, &going_on, &mut report);
+        self.hold_place(map, incoming, &mut report);
         work.timer.end("pose");
         Some(report)
     }
@@ -196,14 +195,15 @@ impl Tracker {
         None
     }
 
-    /// Keeps the camera where the newest keyframe is as long as it only turns. If it had gone on as before, it would be at the other pose.
-    fn hold_place(&self, map: &Map, going_on: &CameraFromWorld, report: &mut TrackReport) {
-        let Some((newest, _)) = map.keyframes().next_back() else { return };
+    /// Keeps the camera where the newest keyframe is as long as it only turns and has not gone on as before.
+    pub(crate) fn hold_place(&self, map: &Map, incoming: &Incoming<'_>, report: &mut TrackReport) {
+        let (Some((newest, _)), Some(last)) = (map.keyframes().next_back(), &self.last) else { return };
         if report.quality == Quality::Bad {
             return;
         }
         let focal = focal_px(&self.camera);
-        if let Some(turned) = only_turned(map, &report.frame, (newest, going_on), focal) {
+        let going_on = self.expected_motion(last, incoming) * last.camera_from_world;
+        if let Some(turned) = only_turned(map, &report.frame, (newest, &going_on), focal) {
             report.frame.camera_from_world = turned;
             report.frame.turned_from = Some(newest);
         }
