@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, Vector4};
 use super::{
     RefinementConfig,
     filter::{CameraMatrix, ImageFit},
-    likelihood::log_likelihood,
+    likelihood::{Told, log_likelihood},
 };
 use crate::{
     Region,
@@ -25,10 +25,11 @@ pub(super) fn log_evidence(
     fit: &ImageFit,
     region: &Region,
     config: &RefinementConfig,
-) -> f64 {
+) -> Told {
     let information = fit.information * model.noise().powi(2);
-    log_likelihood(model, &CameraState::from(&fit.at), config)
-        + log_share(&information, &camera_spread(config), region, config)
+    let mut told = log_likelihood(model, &CameraState::from(&fit.at), config);
+    told.by_all += log_share(&information, &camera_spread(config), region, config);
+    told
 }
 
 /// How improbable tilt and height of the camera are among all robots: minus the logarithm of their density against its peak.

@@ -6,7 +6,7 @@ mod prediction;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use visloc_core::geom::{PlanarPose, angle};
 
-pub(super) use self::image_fit::{Agreement, ImageFit};
+pub(super) use self::image_fit::{Agreement, ImageFit, LANDMARKS};
 use self::{
     image_fit::{Fit, fit},
     prediction::unknown_motion,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::RefinementConfig;
+use super::{RefinementConfig, filter::LANDMARKS};
 use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, OnBar};
 
 /// A feature that belongs to nothing on the map lies anywhere within so many pixels of something that is; as the coarsest gate of a fit.
@@ -19,6 +19,20 @@ pub(super) fn hidden(expected_px: f64) -> f64 {
     OUTLIERS.powf(expected_px / (2.0 * ASTRAY_PX)).max(HIDDEN)
 }
 
+/// What features tell of a place, as a logarithm of the likelihood against that of features that belong to nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Told {
+    pub by_all: f64,
+    /// The part of it that landmarks tell; `None` if there are none in the image.
+    pub by_landmarks: Option<f64>,
+}
+
+impl Told {
+    pub fn by_lines(&self) -> f64 {
+        self.by_all - self.by_landmarks.unwrap_or(0.0)
+    }
+}
+
 /// Logarithm of the likelihood of the features, against features that belong to nothing: each belongs to its counterpart with Gaussian
 /// noise, or to nothing. Neighboring pixels err alike, so all count as few. A bar whose place the map does not know explains its features
 /// as a line does, less for the place that it had to have.
@@ -26,15 +40,19 @@ pub(super) fn log_likelihood(
     model: &dyn FeatureModel,
     camera: &CameraState,
     config: &RefinementConfig,
-) -> f64 {
+) -> Told {
     let num_features = model.num_features().max(1) as f64;
     let share = (config.max_independent_evidence / num_features).min(1.0);
     let noise = Noise::new(config);
     let mut bars = [Bar::default(); 2];
     let mut sum = 0.0;
+    let mut by_landmarks = None;
     model.visit_matches(camera, ASTRAY_PX, 1, &mut |feature| {
         let density = noise.density(&feature);
         sum += density.ln();
+        if feature.group == LANDMARKS {
+            *by_landmarks.get_or_insert(0.0) += share * density.ln();
+        }
         if let Some(on_bar) = feature.on_bar
             && density < 0.5 * noise.peak
         {
@@ -43,7 +61,7 @@ pub(super) fn log_likelihood(
     });
     sum *= share;
     if bars.iter().all(|bar| bar.num == 0) {
-        return sum;
+        return Told { by_all: sum, by_landmarks };
     }
     bars.iter_mut().for_each(Bar::settle);
     let mut gains = [0.0; 2];
@@ -54,7 +72,7 @@ pub(super) fn log_likelihood(
         }
     });
     let gain = |(bar, gain): (&Bar, f64)| (share * gain - bar.cost(share, &noise)).max(0.0);
-    sum + bars.iter().zip(gains).map(gain).sum::<f64>()
+    Told { by_all: sum + bars.iter().zip(gains).map(gain).sum::<f64>(), by_landmarks }
 }
 
 /// How far a feature lies from its counterpart.
@@ -157,7 +175,7 @@ mod tests {
     fn a_bar_is_explained_nearly_as_a_line_and_what_is_scattered_is_not() {
         let config = RefinementConfig::default();
         let camera = CameraState::reported(PlanarPose::default());
-        let log_likelihood = |at: Vec<f64>| log_likelihood(&Loose(at), &camera, &config);
+        let log_likelihood = |at: Vec<f64>| log_likelihood(&Loose(at), &camera, &config).by_all;
         let line = config.max_independent_evidence * Noise::new(&config).peak.ln();
         let bar = log_likelihood((0..100).map(|i| 0.4 + 0.01 * f64::from(i % 2)).collect());
         let scattered = log_likelihood((0..100).map(|i| f64::from(i) / 100.0).collect());

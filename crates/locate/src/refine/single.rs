@@ -87,7 +87,7 @@ impl SingleImage {
         let camera = CameraState::from(&fit.at);
         let is_inside = fit.at.iter().all(|v| v.is_finite()) && region.contains(&camera.world_from_robot);
         is_inside.then(|| {
-            let log_evidence = log_evidence(model, &fit, region, config) - surprise(&fit, config);
+            let log_evidence = log_evidence(model, &fit, region, config).by_all - surprise(&fit, config);
             Explanation { camera, log_evidence }
         })
     }

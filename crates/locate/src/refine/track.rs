@@ -5,8 +5,9 @@ use nalgebra::Matrix3;
 use super::{
     filter::{Agreement, PoseFilter},
     known::Known,
+    likelihood::Told,
     mount::Mount,
-    view::{View, ViewEvidence},
+    view::{Even, View, ViewEvidence},
 };
 use crate::{observation::features::FeatureModel, per_camera::OtherCameras};
 
@@ -31,7 +32,8 @@ pub(super) struct FoundFit {
     /// What the camera that it needs takes from its odds.
     pub bend: f64,
     pub log_odds: f64,
-    /// What this image tells.
+    pub told: Told,
+    /// What this image tells, against the other tracks.
     pub of_image: ViewEvidence,
     /// What the present view tells.
     pub of_view: ViewEvidence,
@@ -47,7 +49,7 @@ pub(super) struct Track {
     /// By how much the best track that was fitted to that image explained it better.
     pub deficit: f64,
     /// Logarithm of the marginal likelihood of the last image that it was fitted to.
-    pub last_log_evidence: f64,
+    pub last_told: Told,
     /// The image that it was last fitted to.
     pub fitted_in: u64,
     /// Agreement of late.
@@ -68,10 +70,12 @@ pub(super) struct Track {
     pub late: f64,
     /// How many searches of the whole map came to this place in earlier views.
     pub past_found: f64,
+    /// What landmarks of earlier views have told, against landmarks that belong to nothing.
+    pub past_landmarks: f64,
     /// What the images of the present view tell.
     pub view_evidence: ViewEvidence,
     /// Of each other camera what the images of its present view tell, and what its last image told.
-    pub other_views: OtherCameras<(ViewEvidence, f64)>,
+    pub other_views: OtherCameras<(ViewEvidence, Told)>,
     /// How far off the place where the prior held was when the prior was last asked, meters.
     pub asked_spread_m: f64,
 }
@@ -112,7 +116,11 @@ impl Track {
 
     /// A search has come to this place again. If its fit explains the image better the track was stuck beside it.
     pub fn find_again(&mut self, found: FoundFit, model: &dyn FeatureModel) {
-        if found.of_image.log_odds < self.view_evidence.log_odds + BETTER_FIT {
+        let mut here = self.view_evidence;
+        if !found.of_image.shows_landmarks() {
+            here.landmarks = found.of_image.landmarks;
+        }
+        if found.of_image.log_odds() < here.log_odds() + BETTER_FIT {
             return;
         }
         let (here, there) = (self.filter.pose(), found.filter.pose());
@@ -122,10 +130,12 @@ impl Track {
         {
             self.filter.set_pose(&mirrored);
         }
-        let num_found = self.view_evidence.num_found;
-        self.view_evidence = found.of_view;
-        self.view_evidence.num_found = num_found;
-        self.last_log_evidence = found.of_image.log_evidence;
+        let before = self.view_evidence;
+        self.view_evidence = ViewEvidence { num_found: before.num_found, ..found.of_view };
+        if !found.of_image.shows_landmarks() {
+            self.view_evidence.landmarks = before.landmarks;
+        }
+        self.last_told = found.told;
         self.bend = found.bend;
         self.weigh();
         self.last_agreement = found.agreement;
@@ -135,37 +145,50 @@ impl Track {
     /// The next image is of another camera; see [`PoseFilter::look_through`].
     pub fn look_through(&mut self, cameras: (usize, usize), turn: &Matrix3<f64>, mount: &Mount) {
         self.filter.look_through(cameras, turn, mount);
-        let mut view = (self.view_evidence, self.last_log_evidence);
-        self.other_views.look_through(&mut view, cameras, |_| (ViewEvidence::default(), 0.0));
-        (self.view_evidence, self.last_log_evidence) = view;
+        let mut view = (self.view_evidence, self.last_told);
+        self.other_views.look_through(&mut view, cameras, |_| (ViewEvidence::default(), Told::default()));
+        (self.view_evidence, self.last_told) = view;
     }
 
     /// Odds by the present views and all before, and by the camera that it needs.
     pub fn weigh(&mut self) {
-        self.log_odds = self.past_log_odds + self.view_evidence.log_odds + self.other_log_odds() - self.bend;
+        self.log_odds =
+            self.past_log_odds + self.view_evidence.log_odds() + self.other_log_odds() - self.bend;
     }
 
     /// What the last image that it was fitted to is to a place whose view has odds of 1, if the robot is here.
-    pub fn evenness(&self) -> f64 {
-        self.last_log_evidence - self.view_evidence.log_odds
+    pub fn evenness(&self) -> Even {
+        let (told, view) = (Even::from(&self.last_told), &self.view_evidence);
+        Even {
+            by_lines: told.by_lines - view.lines.log_odds,
+            by_landmarks: told.by_landmarks - view.landmarks.log_odds,
+        }
+    }
+
+    /// What landmarks have told, against landmarks that belong to nothing.
+    pub fn told_by_landmarks(&self) -> f64 {
+        self.past_landmarks + self.view_evidence.landmarks.log_evidence
     }
 
     /// What the present views of the other cameras tell.
     pub fn other_log_odds(&self) -> f64 {
-        self.other_views.iter().map(|(_, (view, _))| view.log_odds).sum()
+        self.other_views.iter().map(|(_, (view, _))| view.log_odds()).sum()
     }
 
     /// What the other cameras may tell of a place that they have not been compared with: as much as of this one, until they look again.
-    pub fn expected_other_views(&self) -> OtherCameras<(ViewEvidence, f64)> {
+    pub fn expected_other_views(&self) -> OtherCameras<(ViewEvidence, Told)> {
         let mut others = self.other_views.clone();
-        others.values_mut().for_each(|other| *other = (ViewEvidence::expected(other.0.log_odds), 0.0));
+        others
+            .values_mut()
+            .for_each(|other| *other = (ViewEvidence::expected(other.0.log_odds()), Told::default()));
         others
     }
 
     /// The present view moves on.
     pub fn move_on(&mut self, novelty: f64) {
-        let (log_odds, found) = self.view_evidence.move_on(novelty);
+        let (log_odds, by_landmarks, found) = self.view_evidence.move_on(novelty);
         self.past_log_odds += log_odds;
+        self.past_landmarks += by_landmarks;
         self.past_found += found;
     }
 
@@ -178,9 +201,9 @@ impl Track {
     /// How much more probable it is that what the present view shows is nothing that is on the map; the last image alone must not show that
     /// either, since somebody may have carried the robot just now.
     pub fn elsewhere(&self) -> f64 {
-        let told = |view: &ViewEvidence, last: f64| view.log_evidence.min(last);
-        let others: f64 = self.other_views.iter().map(|(_, (view, last))| told(view, *last)).sum();
-        (self.bend - told(&self.view_evidence, self.last_log_evidence) - others).exp()
+        let told = |view: &ViewEvidence, last: f64| view.log_evidence().min(last);
+        let others: f64 = self.other_views.iter().map(|(_, (view, last))| told(view, last.by_all)).sum();
+        (self.bend - told(&self.view_evidence, self.last_told.by_all) - others).exp()
     }
 
     /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.

@@ -5,8 +5,16 @@ mod birth;
 use nalgebra::Matrix3;
 
 use super::{
-    RefinementConfig, evidence::log_evidence, filter::PoseFilter, known::Known, mount::Mount, place::near,
-    robot::KnownRobot, search::Candidate, track::Track, view::View,
+    RefinementConfig,
+    evidence::log_evidence,
+    filter::PoseFilter,
+    known::Known,
+    mount::Mount,
+    place::near,
+    robot::KnownRobot,
+    search::Candidate,
+    track::Track,
+    view::{Even, View},
 };
 use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
 
@@ -37,8 +45,8 @@ pub(super) struct Tracks {
     turn: u64,
     /// The tracks that take turns: image that they were last fitted to, and name.
     waiting: Vec<(u64, u64)>,
-    /// Logarithm of the marginal likelihood of the present image for a place whose view has odds of 1.
-    even_log_evidence: Option<f64>,
+    /// Logarithms of the marginal likelihood of the present image for a place whose view has odds of 1.
+    even: Option<Even>,
     robot: KnownRobot,
 }
 
@@ -127,7 +135,7 @@ impl Tracks {
         let weight = config.evidence_per_image * fullness(model) * view.clearness;
         self.tracks.iter_mut().for_each(|track| track.move_on(view.novelty));
         self.fit(model, view, known, config);
-        self.even_log_evidence = self.weigh_image();
+        self.even = self.weigh_image();
         if config.has_look_alikes {
             self.compete(weight, config);
         } else {
@@ -178,7 +186,7 @@ impl Tracks {
             let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
             let fitted = track.filter.update(model, gates, config);
             let agreement = fitted.agreement;
-            track.last_log_evidence = log_evidence(model, &fitted, &view.region, config);
+            track.last_told = log_evidence(model, &fitted, &view.region, config);
             track.confirm(&agreement, view);
             track.fitted_in = self.turn;
             track.last_agreement = agreement.value();
@@ -197,10 +205,10 @@ impl Tracks {
     /// Odds of the tracks: what the present view tells and what was known before.
     fn weigh(&mut self, config: &RefinementConfig) {
         for track in &mut self.tracks {
-            if let Some(even) = self.even_log_evidence
+            if let Some(even) = &self.even
                 && track.fitted_in == self.turn
             {
-                track.view_evidence.add(track.last_log_evidence, even);
+                track.view_evidence.add(&track.last_told, even);
             }
             track.bend = self.robot.bend(&track.filter, config);
             track.weigh();
@@ -210,18 +218,25 @@ impl Tracks {
     /// What this image is to a place whose view has odds of 1, so that evidence of different images is told from what one shows more than the
     /// other: the expectation over which track is right by all that is known with this image, where tracks that are known from more images of the
     /// view tell it better. A place that the image speaks against tells nothing of it.
-    fn weigh_image(&self) -> Option<f64> {
-        let fitted = || self.tracks.iter().filter(|track| track.fitted_in == self.turn);
-        let highest = fitted().map(Track::evenness).reduce(f64::max)?;
-        let (mut sum, mut total) = (0.0, 0.0);
-        for track in fitted() {
-            let num_images = 1.0 + track.view_evidence.num_images;
-            let told = (track.evenness() - highest) / num_images;
-            let weight = num_images * (track.log_odds + told).exp();
-            sum += weight * track.evenness();
-            total += weight;
-        }
-        (total > 0.0).then(|| sum / total)
+    fn weigh_image(&self) -> Option<Even> {
+        let mean = |part: fn(&Track) -> (f64, f64)| {
+            let fitted = || self.tracks.iter().filter(|track| track.fitted_in == self.turn);
+            let highest = fitted().map(|track| part(track).0).reduce(f64::max)?;
+            let (mut sum, mut total) = (0.0, 0.0);
+            for track in fitted() {
+                let (evenness, num_before) = part(track);
+                let num_images = 1.0 + num_before;
+                let told = (evenness - highest) / num_images;
+                let weight = num_images * (track.log_odds + told).exp();
+                sum += weight * evenness;
+                total += weight;
+            }
+            (total > 0.0).then(|| sum / total)
+        };
+        let by_lines = mean(|track| (track.evenness().by_lines, track.view_evidence.lines.num_images))?;
+        let by_landmarks =
+            mean(|track| (track.evenness().by_landmarks, track.view_evidence.landmarks.num_images))?;
+        Some(Even { by_lines, by_landmarks })
     }
 
     /// Where places look alike, counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to

@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// Group of the features that belong to landmarks.
-const LANDMARKS: usize = 1;
+pub(in crate::refine) const LANDMARKS: usize = 1;
 
 /// Fewer features of a landmark than this neither confirm nor contradict.
 const MIN_LANDMARK_FEATURES: f64 = 3.0;

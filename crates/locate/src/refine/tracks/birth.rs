@@ -26,13 +26,16 @@ const BLOCKING_DEFICIT: f64 = 0.1;
 
 impl Tracks {
     /// By how much a new track starts behind the best one, as a logarithm of odds: a place that explains the earlier views as well would have
-    /// been found in them as often, or somebody has carried the robot.
-    fn handicap(&self, config: &RefinementConfig) -> f64 {
+    /// been found in them as often, or somebody has carried the robot. Landmarks that the best one explains speak against its twin.
+    fn handicap(&self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) -> f64 {
         self.best().map_or(0.0, |best| {
             if config.has_look_alikes {
                 ESTABLISHED_LOG_ODDS * best.confirmed
             } else {
-                best.past_found.min(ESTABLISHED_LOG_ODDS)
+                let is_twin =
+                    model.twin(&best.filter.pose()).is_some_and(|twin| is_same(&twin, place, 1.0, config));
+                let by_landmarks = if is_twin { best.told_by_landmarks() } else { 0.0 };
+                best.past_found.max(by_landmarks).min(ESTABLISHED_LOG_ODDS)
             }
         })
     }
@@ -69,9 +72,9 @@ impl Tracks {
         };
         let fitted = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config);
         let agreement = fitted.agreement.value();
-        let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
-        let even = *self.even_log_evidence.get_or_insert(last_log_evidence);
-        let of_image = ViewEvidence::found(last_log_evidence, even);
+        let last_told = log_evidence(model, &fitted, &view.region, config);
+        let even = *self.even.get_or_insert((&last_told).into());
+        let of_image = ViewEvidence::found(&last_told, &even);
         let of_view = self.best().map_or(of_image, |best| of_image.after(&best.view_evidence));
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
@@ -81,19 +84,20 @@ impl Tracks {
         let deficit = (best_fitted - agreement).max(0.0);
         let bend = self.robot.bend(&filter, config);
         let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
-        let handicap = self.handicap(config);
+        let handicap = self.handicap(model, &filter.pose(), config);
         let (log_odds, past_log_odds) = if config.has_look_alikes {
             (-handicap - (bend - best_bend).max(0.0), 0.0)
         } else {
             // It could have been there all the time, as well as the best one, if nobody has carried the robot.
             let past = self.best().map_or(0.0, |best| best.past_log_odds) - handicap;
             let others = self.best().map_or(0.0, Track::other_log_odds);
-            (past + of_view.log_odds + others - bend, past)
+            (past + of_view.log_odds() + others - bend, past)
         };
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
         if let Some(i) = found_again {
             let stuck = &mut self.tracks[i];
-            let found = FoundFit { filter, agreement, deficit, bend, log_odds, of_image, of_view };
+            let found =
+                FoundFit { filter, told: last_told, agreement, deficit, bend, log_odds, of_image, of_view };
             if !config.has_look_alikes {
                 stuck.find_again(found, model);
             } else if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
@@ -115,7 +119,8 @@ impl Tracks {
             seen_doors: 0.0,
             log_odds,
             past_log_odds,
-            last_log_evidence,
+            last_told,
+            past_landmarks: 0.0,
             past_found: 0.0,
             bend,
             view_evidence: of_view,
