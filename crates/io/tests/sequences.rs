@@ -207,7 +207,7 @@ fn ranges_strides_and_scales() {
         [(None, Some(64), 64), (None, Some(63), 32), (None, Some(30), 21), (Some(1.0), Some(30), 64)]
     {
         let options = SequenceOptions { scale, most_side_px, ..SequenceOptions::default() };
-        let mut sequence = five().open(&options).unwrap();
+        let mut sequence = dataset.open(&options).unwrap();
         assert_eq!(sequence.images.camera().size_px().0, width);
         assert_eq!(sequence.images.next_item().unwrap().unwrap().image.width(), width as usize);
         assert_eq!(sequence.warnings.iter().any(|warning| warning.contains("--scale 1")), width < 64);

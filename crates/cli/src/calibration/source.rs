@@ -258,14 +258,14 @@ mod tests {
         let list: String = (0..301).map(|second| format!("{second}.0 image.png\n")).collect();
         std::fs::write(folder.path().join("rgb/rgb.txt"), list.replace("image", "../image")).unwrap();
         let source = folder.path().join("rgb").display().to_string();
-        let secs = |taking: Taking| -> Vec<f64> {
+        let secs = |taking: Taking| -> Vec<u32> {
             let args = Line::parse_from(["test"]).args;
             let images = open_images(&source, &args, taking).unwrap().images;
-            images.iter().map(|image| image.at.unwrap().secs()).collect()
+            images.iter().map(|image| image.at.unwrap().secs().round() as u32).collect()
         };
         let spread = secs(OF_BOARD);
-        assert_eq!((spread.len(), spread[1] - spread[0], spread.last().copied()), (76, 4.0, Some(300.0)));
+        assert_eq!((spread.len(), spread[1] - spread[0], spread.last().copied()), (76, 4, Some(300)));
         let first = secs(Taking { is_spread: false, ..OF_BOARD });
-        assert_eq!((first.len(), first.last().copied()), (OF_BOARD.most, Some(119.0)));
+        assert_eq!((first.len(), first.last().copied()), (OF_BOARD.most, Some(119)));
     }
 }

@@ -126,11 +126,12 @@ fn run(
             }
         }
         let map = run.map.as_deref().unwrap_or(map);
+        let calibrated = frame.camera;
         let frame = frame.as_fine_as(finest_px);
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {
-                note_other_lens(map, &frame.camera);
+                note_other_lens(map, &calibrated);
                 let made = none.insert(MapLocalizer::in_map(map, &frame.camera, &config, seed)?);
                 made.set_clock(Clock::new(thread_cpu_secs));
                 made
