@@ -127,7 +127,7 @@ fn run(
         }
         let map = run.map.as_deref().unwrap_or(map);
         let calibrated = frame.camera;
-        let frame = frame.as_fine_as(finest_px);
+        let frame = frame.no_finer_than(finest_px);
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {

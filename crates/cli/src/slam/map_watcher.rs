@@ -20,7 +20,7 @@ impl MapFrame {
     /// The same with the image shrunk by the whole number that makes its pixels about as fine as the finest of a map, which are `focal_px`
     /// pixels to the radian: what it shows finer has no counterpart there.
     #[must_use]
-    pub fn as_fine_as(self, focal_px: Option<f64>) -> Self {
+    pub fn no_finer_than(self, focal_px: Option<f64>) -> Self {
         let factor = focal_px.map_or(1.0, |focal_px| (self.camera.focal_px().0 / focal_px).round());
         if factor < 2.0 {
             return self;
