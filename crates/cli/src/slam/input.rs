@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use visloc_core::{CalibratedImages, GrayFrame, Mapped, PutBack, Source, SourceFrame};
 use visloc_io::{
-    sequence::SequenceRange,
+    sequence::{MOST_SLAM_SIDE_PX, SequenceRange},
     sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images},
 };
 
@@ -15,10 +15,6 @@ use crate::{
     run::{OpenSource, prepare, source_options},
     settings::topic_options,
 };
-
-/// Images with a longer side than this are shrunk: from one to the next their corners move farther than they are looked for, and what they
-/// tell more is not worth the time.
-pub const MOST_SIDE_PX: u32 = 1600;
 
 /// Opens what the arguments name; `driven` opens the robot instead that carries the camera, if others may drive it.
 pub fn open_input(
@@ -37,7 +33,7 @@ pub fn open_input(
     };
     options.usual.backlog_secs = BACKLOG_SECS;
     // Photos with given poses are not followed from one to the next.
-    options.usual.most_side_px = args.poses.is_none().then_some(MOST_SIDE_PX);
+    options.usual.most_side_px = args.poses.is_none().then_some(MOST_SLAM_SIDE_PX);
     prepare(&args.source)?;
     match driven(&options)? {
         Some(driven) => {

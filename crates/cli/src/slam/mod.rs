@@ -22,7 +22,7 @@ mod report;
 pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
 pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
-pub use input::{MOST_SIDE_PX, open_input, range_of};
+pub use input::{open_input, range_of};
 #[cfg(feature = "ros2")]
 pub use live::landmark_cloud;
 pub use live::open_slam_live;

@@ -13,8 +13,9 @@ use std::{
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use visloc_core::Clock;
-use visloc_io::sources::{
-    Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
+use visloc_io::{
+    sequence::MOST_SLAM_SIDE_PX,
+    sources::{Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images},
 };
 use visloc_sim::TEAM;
 use visloc_studio::{
@@ -34,7 +35,7 @@ use crate::{
     run::{refuse_source_options, source_options},
     say,
     settings::topic_options,
-    slam::{MOST_SIDE_PX, is_map_of_slam, load_map},
+    slam::{is_map_of_slam, load_map},
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
 
@@ -222,7 +223,7 @@ fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpen
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
         let mut options = SourceOptions { seed: Some(seed), ..options.clone() };
-        options.usual.most_side_px = Some(MOST_SIDE_PX);
+        options.usual.most_side_px = Some(MOST_SLAM_SIDE_PX);
         let open = open_images(&name, &options, &host).map_err(|error| StudioError::input(&name, error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         Ok(OpenCamera { images: open.images, truth: open.truth })

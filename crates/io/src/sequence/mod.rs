@@ -14,8 +14,8 @@ pub use files::{FileSequence, ImageFile};
 pub use layouts::{image_files, instead_of_images, is_image};
 pub(crate) use open::resized;
 pub use open::{
-    Listing, SCALES, Sequence, SequenceOptions, fit_calibration, list_sequence, open_sequence, open_tum,
-    sequence_layouts,
+    Listing, MOST_SLAM_SIDE_PX, SCALES, Sequence, SequenceOptions, fit_calibration, list_sequence,
+    open_sequence, open_tum, sequence_layouts,
 };
 pub use pictures::FilePictures;
 pub use range::{Bound, InRange, RangeJudge, SequenceRange};

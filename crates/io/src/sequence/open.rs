@@ -43,6 +43,9 @@ visloc_core::with_defaults! {
 
 /// Smallest and largest factor for the size of images.
 pub const SCALES: (f64, f64) = (0.05, 4.0);
+/// Longest side of images that SLAM is best at, pixels (for [`SequenceOptions::most_side_px`]): corners of larger ones move farther from one
+/// image to the next than they are looked for, and what they tell more is not worth the time.
+pub const MOST_SLAM_SIDE_PX: u32 = 1600;
 /// Shortest side of an image that was resized, pixels.
 const MIN_SCALED_PX: u32 = 16;
 /// A pause so many times as long as usual is a gap.
