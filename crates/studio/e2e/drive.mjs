@@ -80,6 +80,8 @@ async function deskOf(browser, programs, errors, ...run) {
   const [address, token] = (await programs.start(/--connect (.*)/, ...run, "--publish", "127.0.0.1:0", "--allow-drive")).split(" --token ");
   const page = await openPage(browser, await programs.studio("--connect", address, "--token", token), errors);
   await until(page, () => window.studio.store.latest.drive);
+  // It is drawn with the next picture.
+  await page.locator("#panel-drive .pad").waitFor();
   await page.locator("#world").focus();
   return page;
 }
