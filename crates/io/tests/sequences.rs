@@ -203,9 +203,13 @@ fn ranges_strides_and_scales() {
     assert_eq!((image.width(), image.height()), (32, 24));
     assert_eq!(stamps(&mut sequence), [7.3]);
     // Large ones are shrunk by a whole number where no scale is asked for.
-    for (scale, most_side_px, width) in
-        [(None, Some(64), 64), (None, Some(63), 32), (None, Some(30), 21), (Some(1.0), Some(30), 64)]
-    {
+    for (scale, most_side_px, width) in [
+        (None, Some(64), 64),
+        (None, Some(63), 32),
+        (None, Some(30), 21),
+        (None, Some(20), 64),
+        (Some(1.0), Some(30), 64),
+    ] {
         let options = SequenceOptions { scale, most_side_px, ..SequenceOptions::default() };
         let mut sequence = dataset.open(&options).unwrap();
         assert_eq!(sequence.images.camera().size_px().0, width);

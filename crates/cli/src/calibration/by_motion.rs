@@ -10,7 +10,7 @@ use visloc_io::{
 };
 use visloc_slam::{SelfCalibration, SelfCalibrator, SlamConfig};
 
-use super::source::{NamedImage, NamedImages, Taking, each_image, each_in_stream};
+use super::source::{NamedImage, Taking, each_image, each_in_stream, end};
 use crate::{
     args::CalibrateArgs,
     host::{host, stop_at_signals},
@@ -74,7 +74,7 @@ pub fn calibrate_by_motion(args: &CalibrateArgs) -> Result<()> {
         .find()
         .with_context(|| args.source.clone())
         .and_then(|found| finish(args, &found, taken.calibrator.num_images()));
-    NamedImages { images: Vec::new(), damage }.end(done)
+    end(done, damage)
 }
 
 /// Opens the images of a calibrated camera. Where nothing says what camera took them, it is found from its own motion first.

@@ -13,5 +13,5 @@ pub use by_motion::{calibrate_by_motion, open_images_or_find_camera};
 pub use detections::{Detected, find_boards};
 pub use pictures::draw;
 pub use report::{CalibrationReport, camera_toml, markdown};
-pub use source::{NamedImage, NamedImages, OF_BOARD, open_images};
+pub use source::{NamedImage, NamedImages, OF_BOARD, end, open_images};
 pub use words::print;

@@ -99,19 +99,17 @@ pub struct NamedImages {
     pub damage: Option<Error>,
 }
 
-impl NamedImages {
-    /// What was asked for has been done with the pictures that there are, or has failed.
-    ///
-    /// # Errors
-    /// Why it has failed, with the damage as a note, or the damage.
-    pub fn end(self, done: Result<()>) -> Result<()> {
-        match (done, self.damage) {
-            (Err(error), Some(damage)) => {
-                say::note!("{damage}");
-                Err(error)
-            }
-            (done, damage) => done.and(damage.map_or(Ok(()), Err)),
+/// What was asked for has been done with the pictures that there are, or has failed.
+///
+/// # Errors
+/// Why it has failed, with the damage of the source as a note, or the damage.
+pub fn end(done: Result<()>, damage: Option<Error>) -> Result<()> {
+    match (done, damage) {
+        (Err(error), Some(damage)) => {
+            say::note!("{damage}");
+            Err(error)
         }
+        (done, damage) => done.and(damage.map_or(Ok(()), Err)),
     }
 }
 

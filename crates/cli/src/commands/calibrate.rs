@@ -9,7 +9,7 @@ use visloc_io::camera_file::{CameraFormat, write_camera};
 use crate::{
     args::CalibrateArgs,
     calibration::{
-        CalibrationReport, Detected, NamedImage, OF_BOARD, calibrate_by_motion, camera_toml, draw,
+        CalibrationReport, Detected, NamedImage, OF_BOARD, calibrate_by_motion, camera_toml, draw, end,
         find_boards, markdown, open_images, print,
     },
     host::stop_at_signals,
@@ -27,7 +27,7 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     stop_at_signals();
     let pictures = open_images(&args.source, &args.options, OF_BOARD)?;
     let done = calibrate_from(args, &board, &pictures.images);
-    pictures.end(done)
+    end(done, pictures.damage)
 }
 
 fn calibrate_from(args: &CalibrateArgs, board: &Board, images: &[NamedImage]) -> Result<()> {

@@ -8,7 +8,7 @@ use visloc_io::camera_file::read_camera;
 
 use crate::{
     args::CheckCameraArgs,
-    calibration::{NamedImage, NamedImages, OF_BOARD, open_images},
+    calibration::{NamedImage, NamedImages, OF_BOARD, end, open_images},
     report::save_json,
     say,
 };
@@ -39,7 +39,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
         None => NamedImages::default(),
     };
     let done = check(args, &camera, &pictures.images);
-    pictures.end(done)
+    end(done, pictures.damage)
 }
 
 fn check(args: &CheckCameraArgs, camera: &Camera, all: &[NamedImage]) -> Result<()> {

@@ -151,28 +151,25 @@ pub(crate) fn resized(
     warnings: &mut Vec<String>,
 ) -> Result<Camera, String> {
     let (width, height) = camera.size_px();
-    let Some(scale) = scale else {
-        let factor = most_side_px.map_or(1, |most| width.max(height).div_ceil(most.max(1)));
-        if factor == 1 {
-            return Ok(*camera);
-        }
-        let shrunk = camera.scaled(1.0 / f64::from(factor));
-        let (to_width, to_height) = shrunk.size_px();
-        warnings.push(format!(
-            "images of {width} x {height} px are used at {to_width} x {to_height} (--scale 1: as they are)"
-        ));
-        return Ok(shrunk);
-    };
-    let scaled = camera.scaled(scale);
+    let factor = most_side_px.map_or(1, |most| width.max(height).div_ceil(most.max(1)));
+    let scaled = camera.scaled(scale.unwrap_or(1.0 / f64::from(factor)));
     let (to_width, to_height) = scaled.size_px();
-    let is_image = |side: u32| (MIN_SCALED_PX..=MAX_IMAGE_SIDE_PX).contains(&side);
-    if scale == 1.0 || (is_image(to_width) && is_image(to_height)) {
-        return Ok(scaled);
+    let is_image =
+        [to_width, to_height].iter().all(|side| (MIN_SCALED_PX..=MAX_IMAGE_SIDE_PX).contains(side));
+    match scale {
+        None if factor == 1 || !is_image => Ok(*camera),
+        None => {
+            warnings.push(format!(
+                "images of {width} x {height} px are used at {to_width} x {to_height} (--scale 1: as they are)"
+            ));
+            Ok(scaled)
+        }
+        Some(scale) if scale == 1.0 || is_image => Ok(scaled),
+        Some(scale) => Err(format!(
+            "--scale {scale:?}: images of {width} x {height} px would become {to_width} x {to_height}, expected sides from \
+             {MIN_SCALED_PX} to {MAX_IMAGE_SIDE_PX} px"
+        )),
     }
-    Err(format!(
-        "--scale {scale:?}: images of {width} x {height} px would become {to_width} x {to_height}, expected sides from \
-         {MIN_SCALED_PX} to {MAX_IMAGE_SIDE_PX} px"
-    ))
 }
 
 /// Opens a folder of the TUM layout, or any other that is known, without its truth.
