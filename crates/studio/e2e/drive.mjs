@@ -80,7 +80,7 @@ async function deskOf(browser, programs, errors, ...run) {
   const [address, token] = (await programs.start(/--connect (.*)/, ...run, "--publish", "127.0.0.1:0", "--allow-drive")).split(" --token ");
   const page = await openPage(browser, await programs.studio("--connect", address, "--token", token), errors);
   await until(page, () => window.studio.store.latest.drive);
-  // It is drawn with the next picture.
+  // The rest of the scene, by which the page knows its tabs, may come after the first state.
   await page.locator("#panel-drive .pad").waitFor();
   await page.locator("#world").focus();
   return page;

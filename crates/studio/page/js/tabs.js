@@ -26,17 +26,14 @@ export class Tabs {
     const canDrive = () => store.scene.mode === "watch" && Boolean(store.latest?.drive);
     const fit = () => this.fit(store.scene, canDrive());
     store.on("scene", fit);
-    store.on("latest", () => {
-      if (canDrive() === this.canDrive) return;
-      fit();
-      if (this.canDrive && !this.isChosen && !store.scene.is_brief) this.show("drive");
-    });
+    store.on("latest", () => canDrive() !== this.canDrive && fit());
     this.show("drive");
   }
 
   fit(scene, canDrive) {
     // What the tabs are about comes with the rest of the scene.
     if (scene.is_brief) return;
+    const canNowDrive = canDrive && !this.canDrive;
     this.canDrive = canDrive;
     const isOther = scene.scene !== this.scene;
     this.scene = scene.scene;
@@ -45,6 +42,7 @@ export class Tabs {
     const shown = this.buttons.find(({ id }) => id === this.shown);
     if (scene.team && isOther) this.show("team");
     else if (isOther && !this.buttons.find(({ id }) => id === "teach").button.hidden) this.show("teach");
+    else if (canNowDrive && !this.isChosen) this.show("drive");
     else if (shown?.button.hidden && scene.mode === "playground") this.show("drive");
     else if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }
