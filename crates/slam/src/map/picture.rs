@@ -68,7 +68,7 @@ impl Packing {
 /// unpacked.
 #[derive(Debug)]
 pub struct PackedPicture {
-    bytes: Vec<u8>,
+    bytes: Box<[u8]>,
     /// Width and height, pixels.
     size_px: (u32, u32),
     num_levels: usize,
@@ -87,6 +87,8 @@ impl PackedPicture {
         unpack: Unpack,
         shelf: &Arc<PictureShelf>,
     ) -> Self {
+        // Encoders leave room for more.
+        let bytes = bytes.into_boxed_slice();
         let (unpacked, shelf) = (Mutex::default(), Arc::clone(shelf));
         Self { bytes, size_px, num_levels, unpack, unpacked, shelf }
     }
