@@ -206,7 +206,8 @@ pub struct MappingConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RelocationConfig {
-    /// Keyframes tried in each frame, those that look most like it. The thesis tries all.
+    /// Keyframes tried in each frame, those that look most like it; in a taught map four times as many until one fits where pixels are
+    /// larger than the map's. The thesis tries all.
     #[schemars(range(min = 1, max = 1000))]
     pub max_tries: usize,
     /// Fewest matches. Thesis: 20.

@@ -21,6 +21,9 @@ const RIVAL_SHARE: u32 = 2;
 
 /// Keyframes that are considered for each one that is tried.
 const CONSIDERED: usize = 5;
+/// Times as many keyframes are tried until one shows the place where pixels are larger than the map's: such an image has fewer places, so
+/// that the right keyframes look less clearly like it, and each costs less.
+const TIMES_OF_COARSE: usize = 4;
 
 /// Looks for a lost camera.
 #[derive(Debug, Clone)]
@@ -64,7 +67,10 @@ impl Relocator {
         let is_doubting = self.locator.is_doubting();
         let octaves = if is_doubting { self.octaves_coarser(map) } else { 0 };
         let view = View::of_coarse_image(incoming.pyramid, octaves, &self.camera, &self.config.features);
-        let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
+        let max_tries = self.config.relocation.max_tries;
+        let max_until_found = if octaves > 0 { TIMES_OF_COARSE * max_tries } else { max_tries };
+        let ranked =
+            if is_doubting { self.by_support(map, &view, max_until_found) } else { map.index().query(&view) };
         let listed = self.locator.listed(&view);
         let (mut refused, mut found) = (None, Vec::<Located>::new());
         let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
@@ -73,7 +79,8 @@ impl Relocator {
         // The map with the one active that was searched last: mostly there is no other.
         let mut searched = None::<Map>;
         for Ranked { keyframe: id, num_shared, .. } in ranked {
-            if num_tried >= self.config.relocation.max_tries || RIVAL_SHARE * num_shared < most_shared {
+            let most = if found.is_empty() { max_until_found } else { max_tries };
+            if num_tried >= most || RIVAL_SHARE * num_shared < most_shared {
                 break;
             }
             if is_tried[id.index()] || !is_candidate(id) {
@@ -139,9 +146,9 @@ impl Relocator {
     }
 
     /// Keyframes that look most like the view, first those where most of what looks alike lies as it does here.
-    fn by_support(&self, map: &Map, view: &View) -> Vec<Ranked> {
+    fn by_support(&self, map: &Map, view: &View, max_tries: usize) -> Vec<Ranked> {
         let (mut ranked, mut alike) = map.index().query_rare(view);
-        ranked.truncate(CONSIDERED * self.config.relocation.max_tries);
+        ranked.truncate(CONSIDERED * max_tries);
         let mut is_considered = vec![false; map.num_keyframe_ids()];
         ranked.iter().for_each(|it| is_considered[it.keyframe.index()] = true);
         alike.retain(|it| is_considered[it.keyframe.index()]);
