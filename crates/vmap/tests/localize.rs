@@ -363,3 +363,16 @@ fn a_map_in_which_others_went_on_is_aligned_to_the_truth_of_one_of_them() {
     let between = scaled.scale_by_distance(map, [0.0, 1.0], meters).unwrap();
     assert!((between.scale / expected.scale - 1.0).abs() < 0.1, "{between:?}, {expected:?}");
 }
+
+#[test]
+fn images_of_half_the_size_are_found() {
+    let clip = clip();
+    let map = taught(&clip);
+    let camera = clip.camera.scaled(0.5);
+    for (start, (at, image)) in clip.images.iter().enumerate().step_by(9) {
+        let mut localizer = MapLocalizer::in_map(&map, &camera, &config(), start as u64).unwrap();
+        let estimate = localizer.step(GrayFrame::new(*at, image.shrunk(2))).unwrap();
+        let (meters, _) = errors(&clip, &estimate.unwrap_or_else(|| panic!("image {start} is not found")));
+        assert!(meters < 0.03, "image {start}: {meters} m off");
+    }
+}
