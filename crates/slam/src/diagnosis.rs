@@ -129,6 +129,8 @@ pub struct RunCounters {
     last_at: Option<Timestamp>,
     /// Sum and number.
     corners: (usize, usize),
+    /// Images in a row until now in which a start waited for motion.
+    num_waiting: usize,
     /// Whether the camera was in any map so far.
     was_found: bool,
     lost_at_secs: Option<f64>,
@@ -168,6 +170,21 @@ impl RunCounters {
             self.lost_at_secs = None;
         }
         self.by_cause[cause as usize] += 1;
+        self.note_waiting(cause, outcome.state);
+    }
+
+    /// A start that lost its corners before they had moved enough had no camera that stood: all its images waited for the same.
+    fn note_waiting(&mut self, cause: Cause, state: TrackingState) {
+        if cause == Cause::StandingStill {
+            self.num_waiting += 1;
+            return;
+        }
+        let num_waiting = std::mem::take(&mut self.num_waiting);
+        if let TrackingState::Starting(StartWait::TracksLost(LostTracks { num_images, .. })) = state {
+            let num = num_waiting.min(num_images);
+            self.by_cause[Cause::StandingStill as usize] -= num;
+            self.by_cause[cause as usize] += num;
+        }
     }
 
     /// Why too little has a pose; empty if enough has. `coverage` is the share of the images with a pose in the final

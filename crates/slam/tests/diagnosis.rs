@@ -40,7 +40,7 @@ fn run(state: TrackingState, brightness: f64, step_secs: f64, num: u32) -> Diagn
 #[test]
 fn each_cause_is_told_and_no_other() {
     let waits = |wait| run(TrackingState::Starting(wait), 100.0, 0.05, 60);
-    let lost = |of| StartWait::TracksLost(LostTracks { num: 20, of });
+    let lost = |of| StartWait::TracksLost(LostTracks { num: 20, of, num_images: 5 });
     for cause in Cause::ALL {
         let diagnosis = match cause {
             Cause::Unusable => {
@@ -67,6 +67,27 @@ fn each_cause_is_told_and_no_other() {
         assert_eq!(diagnosis.facts.lost_at_secs.is_some(), cause == Cause::Lost, "{diagnosis:?}");
         assert!((diagnosis.findings[0].share - wanted_share).abs() < 1e-9, "{diagnosis:?}");
     }
+}
+
+#[test]
+fn a_start_that_lost_its_corners_before_they_had_moved_did_not_stand() {
+    let run = |num_still: usize, num_images| {
+        let mut counters = RunCounters::default();
+        for i in 0..100 {
+            let wait = match i % (num_still + 1) {
+                0 => StartWait::TracksLost(LostTracks { num: 20, of: 300, num_images }),
+                _ => StartWait::LittleMotion(1.0),
+            };
+            let at = Timestamp::from_secs(0.05 * i as f64);
+            counters.count(at, 100.0, &outcome(TrackingState::Starting(wait)));
+        }
+        counters.diagnosis(0.0).findings[0]
+    };
+    let moving = run(10, 10);
+    assert_eq!(moving.cause, Cause::TooFast);
+    assert!(moving.share > 0.98, "{moving:?}");
+    // It stood for long, and the corners of the last few images alone were lost.
+    assert_eq!(run(30, 3).cause, Cause::StandingStill);
 }
 
 #[test]

@@ -78,7 +78,7 @@ impl Initializer {
         let num_followable = *attempt.num_followable.get_or_insert(num);
         let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
         if num < least.max(min_points) {
-            let lost = LostTracks { num, of: attempt.num_corners };
+            let lost = LostTracks { num, of: attempt.num_corners, num_images: attempt.history.len() };
             self.begin(incoming);
             return StartStep::Waiting(StartWait::TracksLost(lost));
         }

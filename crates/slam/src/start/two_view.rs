@@ -52,6 +52,8 @@ pub struct LostTracks {
     pub num: usize,
     /// Corners at the beginning.
     pub of: usize,
+    /// Images that they were followed through.
+    pub num_images: usize,
 }
 
 impl fmt::Display for StartWait {
@@ -68,7 +70,7 @@ impl fmt::Display for StartWait {
                 write!(f, "only {:.0} % of the corners move together", share * 100.0)
             }
             Self::Ambiguous => write!(f, "two motions explain the images equally well"),
-            Self::TracksLost(LostTracks { num, of }) => {
+            Self::TracksLost(LostTracks { num, of, .. }) => {
                 write!(f, "only {num} of {of} corners could be followed")
             }
         }
@@ -109,7 +111,7 @@ pub fn solve_two_view(
     rng: &mut Rng,
 ) -> Result<Vec<TwoView>, StartWait> {
     if pairs.len() < settings.min_points {
-        return Err(StartWait::TracksLost(LostTracks { num: pairs.len(), of: pairs.len() }));
+        return Err(StartWait::TracksLost(LostTracks { num: pairs.len(), of: pairs.len(), num_images: 0 }));
     }
     let limit = settings.inlier_sigmas;
     let motions = match known {
