@@ -1,5 +1,7 @@
 //! Paths and points in space, seen along two axes.
 
+use visloc_core::quantile;
+
 use crate::{Color, Picture, ScatterPicture, ScatterSeries, scatter};
 
 /// Paths in space.
@@ -69,8 +71,11 @@ impl SpacePath {
 
 /// Border around the paths, share of their largest extent; with a map around them a wider one.
 const BORDER: (f64, f64) = (0.08, 0.5);
-/// Share of a map's points at each end of an axis that may lie outside.
+/// Share of a map's points at each end of an axis that may lie outside of the picture.
 const OUTSIDE_SHARE: f64 = 0.03;
+/// Those do that lie beyond the quartiles by more than so many times the distance between these. Source: Tukey, "Exploratory Data Analysis",
+/// 1977: the inner fences.
+const FENCE: f64 = 1.5;
 /// Radius of a ring, share of the longer side of the picture.
 const RING_SHARE: f64 = 0.012;
 
@@ -139,8 +144,12 @@ fn range(input: &SpaceViews, axis: usize) -> (f64, f64) {
 fn most_of(path: &SpacePath, axis: usize) -> Option<(f64, f64)> {
     let mut values: Vec<f64> = path.points.iter().map(|p| p[axis]).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
-    let num_outside = (values.len() as f64 * OUTSIDE_SHARE) as usize;
-    Some((*values.get(num_outside)?, *values.get(values.len().checked_sub(num_outside + 1)?)?))
+    let at = |share: f64| quantile(&values, share);
+    let (low, high) = (at(0.25)?, at(0.75)?);
+    let fence = FENCE * (high - low);
+    let (low, high) = ((low - fence).min(at(OUTSIDE_SHARE)?), (high + fence).max(at(1.0 - OUTSIDE_SHARE)?));
+    let is_inside = |value: &&f64| (low..=high).contains(*value);
+    Some((*values.iter().find(is_inside)?, *values.iter().rfind(is_inside)?))
 }
 
 #[cfg(test)]
@@ -162,6 +171,18 @@ mod tests {
         let [above, _] = space_views(&input);
         assert!(above.svg().contains("right [map units]") && above.svg().contains("height [map units]"));
         assert!(above.svg().contains(&Color::ORANGE.to_string()), "points have colors of their own");
+    }
+
+    #[test]
+    fn corners_of_a_room_are_shown_however_it_is_turned() {
+        let walls = (0..400).map(|i| {
+            let along = f64::from(i % 100) / 50.0 - 1.0;
+            let [x, y] = [[along, 1.0], [1.0, along], [along, -1.0], [-1.0, along]][i as usize / 100];
+            [x - y, x + y, 0.0]
+        });
+        let cloud = SpacePath::cloud("map", Color::GRAY, walls.collect());
+        let (low, high) = most_of(&cloud, 0).unwrap();
+        assert!((low + 2.0).abs() < 0.1 && (high - 2.0).abs() < 0.1, "{low} to {high}");
     }
 
     #[test]

@@ -213,14 +213,13 @@ pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) 
         let wanted = wanted.filter(move |e| e.map == largest && e.is_carried() == carried);
         wanted.map(|e| place(e.world_from_camera.translation())).collect()
     };
-    let mut paths = vec![
-        SpacePath::cloud("map", Color::GRAY, landmarks.collect()),
-        SpacePath::line("taught", Color::BLUISH_GREEN, taught.collect()),
-    ];
+    let mut paths = vec![SpacePath::cloud("map", Color::GRAY, landmarks.collect())];
     if !records.is_empty() {
         paths.push(SpacePath::cloud("camera", Color::BLUE, of_map(false)));
         paths.push(SpacePath::cloud("carried on by motion", Color::ORANGE, of_map(true)));
     }
+    // Thin, so it is seen where the camera went the same way.
+    paths.push(SpacePath::line("way when it was taught", Color::BLUISH_GREEN, taught.collect()));
     paths.retain(|path| !path.points.is_empty());
     let names = if is_up { ["x", "y", "height"] } else { ["x", "ahead", "height"] };
     let views = SpaceViews {
