@@ -15,7 +15,7 @@ use crate::{
     report::save_json,
     run::{Saving, expect_new_folder},
     say,
-    slam::{load_map, write_ply},
+    slam::{damages_in_words, load_map, write_ply},
 };
 
 /// What `--json` of `map info` has.
@@ -68,7 +68,7 @@ pub fn info(path: &Path, plots: Option<&Path>, json: &JsonArg) -> Result<()> {
                 seed: session.seed,
             })
             .collect(),
-        damages: opened.damages.iter().map(ToString::to_string).collect(),
+        damages: damages_in_words(&opened.damages),
     };
     print(path, &findings);
     let mut saving = Saving::default();

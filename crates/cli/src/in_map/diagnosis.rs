@@ -7,6 +7,7 @@ use visloc_slam::{
 };
 use visloc_vmap::{LOCALIZED_RELIABILITY, MapLocalizer, VisualMap};
 
+use super::photo::finest_focal_px;
 use crate::report::{FindingReport, NOT_RECOGNIZED};
 use crate::slam::MapFrame;
 
@@ -15,10 +16,14 @@ const ENOUGH_LOCALIZED: f64 = 0.5;
 /// Causes of a smaller share of the images are not told, unless there is no greater one.
 const NOTABLE_SHARE: f64 = 0.2;
 
+/// Images whose pixels are larger than those of the map by more than this show too little of what places are recognized by: an octave.
+const MOST_COARSER: f64 = 2.0;
+
 /// Why an image has no place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cause {
     SmallMap,
+    FewPixels,
     FewCorners,
     NotRecognized,
     FewFound,
@@ -26,14 +31,23 @@ enum Cause {
 }
 
 impl Cause {
-    const ALL: [Self; 5] =
-        [Self::SmallMap, Self::FewCorners, Self::NotRecognized, Self::FewFound, Self::Unsure];
+    const ALL: [Self; 6] = [
+        Self::SmallMap,
+        Self::FewPixels,
+        Self::FewCorners,
+        Self::NotRecognized,
+        Self::FewFound,
+        Self::Unsure,
+    ];
 }
 
 /// Counts in how many images of a run what stood in the way of a place.
 #[derive(Debug, Clone)]
 pub struct MapCounters {
     num_landmarks: usize,
+    finest_px: Option<f64>,
+    /// How many times as large as those of the map the pixels of an image were at most.
+    coarsest: f64,
     num: usize,
     num_localized: usize,
     by_cause: [usize; Cause::ALL.len()],
@@ -46,6 +60,8 @@ impl MapCounters {
         let num_landmarks = map.map.all_landmarks().count();
         Self {
             num_landmarks,
+            finest_px: finest_focal_px(map),
+            coarsest: 1.0,
             num: 0,
             num_localized: 0,
             by_cause: [0; Cause::ALL.len()],
@@ -64,9 +80,12 @@ impl MapCounters {
         self.best_reliability = self.best_reliability.max(reliability);
         let refusal = localizer.outcome().and_then(|outcome| outcome.refusal);
         let fewest = config.relocation.min_matches;
+        let coarser = self.finest_px.map_or(1.0, |finest_px| finest_px / frame.camera.focal_px().0);
+        self.coarsest = self.coarsest.max(coarser);
         let cause = match refusal {
             _ if self.num_landmarks < fewest => Cause::SmallMap,
             _ if reliability > 0.0 => Cause::Unsure,
+            _ if coarser > MOST_COARSER => Cause::FewPixels,
             // A few corners look alike by chance wherever there are many.
             None | Some(Refusal::FewAlike { .. } | Refusal::NoCommonPose { .. }) => {
                 if num_corners(frame, config) < fewest { Cause::FewCorners } else { Cause::NotRecognized }
@@ -94,6 +113,14 @@ impl MapCounters {
                 "small-map",
                 format!("the map has only {} landmarks, too few to recognize a place by", self.num_landmarks),
                 "teach more of the place: visloc slam SOURCE --load MAP --save MAP",
+            ),
+            Cause::FewPixels => (
+                "few-pixels",
+                format!(
+                    "the image has too few pixels: they are {:.1} times as large as those of the map, whose corners are not to be seen in it",
+                    self.coarsest
+                ),
+                "give images as large as the camera takes them, not previews; or teach the place with a camera like this one",
             ),
             Cause::FewCorners => (
                 "few-corners",

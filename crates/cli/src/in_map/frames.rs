@@ -36,16 +36,25 @@ impl MapFrames {
             let frames = of_one_camera(driven.frames, name);
             return Ok((Self::Robot(corrected(frames, corrections)?), None, driven.warnings));
         }
+        let mut warnings = Vec::new();
         if options.mount.is_some() || SourceAddress::parse(name)?.has_robot() {
-            let open = open_frames(name, options, host())?;
-            let frames = of_one_camera(open.frames, name);
-            return Ok((Self::Robot(corrected(frames, corrections)?), None, open.warnings));
+            match open_frames(name, options, host()) {
+                Ok(open) => {
+                    let frames = of_one_camera(open.frames, name);
+                    return Ok((Self::Robot(corrected(frames, corrections)?), None, open.warnings));
+                }
+                Err(error) if error.lacks_mount() => warnings.push(format!(
+                    "{name} does not say where the camera is on a robot: the poses are those of the camera"
+                )),
+                Err(error) => return Err(error.into()),
+            }
         }
         if corrections.robot.is_some() {
             bail!("--robot: there is no robot in {name}");
         }
         let open = open_images_or_find_camera(name, options)?;
-        Ok((Self::Images(open.images), open.truth, open.warnings))
+        warnings.extend(open.warnings);
+        Ok((Self::Images(open.images), open.truth, warnings))
     }
 
     /// Whether the camera is on a robot.

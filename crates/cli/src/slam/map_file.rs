@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result};
 use visloc_slam::map::{MapId, SessionCamera};
-use visloc_vmap::{Session, VisualMap, load, save};
+use visloc_vmap::{Damage, Session, VisualMap, load, save};
 
 use super::SlamRun;
 use crate::{args::SlamArgs, say};
@@ -17,10 +17,27 @@ pub fn is_map_of_slam(name: &str) -> bool {
 /// Reads a map, and tells what is damaged.
 pub fn load_map(path: &Path) -> Result<VisualMap> {
     let opened = load(path).with_context(|| path.display().to_string())?;
-    for damage in &opened.damages {
+    for damage in damages_in_words(&opened.damages) {
         say::note!("{}: {damage}", path.display());
     }
     Ok(opened.map)
+}
+
+/// What is damaged; sections that follow each other are told at once if they are so alike.
+pub fn damages_in_words(damages: &[Damage]) -> Vec<String> {
+    let alike = damages.chunk_by(|a, b| a.reason == b.reason && a.loss == b.loss);
+    let in_words = |alike: &[Damage]| match alike {
+        [first, .., last] => format!(
+            "{} sections from {} to {} are damaged ({}): {}",
+            alike.len(),
+            first.section,
+            last.section,
+            first.reason,
+            first.loss
+        ),
+        alone => alone.iter().map(ToString::to_string).collect(),
+    };
+    alike.map(in_words).collect()
 }
 
 /// Writes the map of a run, which may have begun with another one, and of whose maps one may have a unit that somebody has told.

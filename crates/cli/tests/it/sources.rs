@@ -149,6 +149,11 @@ fn a_camera_in_a_map_of_slam_has_the_same_outputs_as_a_robot_on_a_drawn_map() {
     assert!(fs::metadata(workspace.path("run.mcap")).unwrap().len() > 100_000);
     let error = workspace.refused(&[&see[..], &["--bag-out", "results.mcap"]].concat());
     assert!(error.contains("robot") && !workspace.path("results.mcap").exists(), "{error}");
+    // A recording of a camera has no robot in it.
+    workspace.must(&["record", clip, "--out", "clip.mcap"]);
+    let alone = workspace.must(&["localize", "clip.mcap", "--map", "desk.vmap", "--json", "alone.json"]);
+    assert!(alone.stderr.contains("the poses are those of the camera"), "{}", alone.stderr);
+    assert!(workspace.json("alone.json")["localized_share"].as_f64().unwrap() > 0.9);
     // A robot on a field finds nothing of a desk, and says so on all topics.
     let bag = excerpt_text("R1");
     let robot = ["localize", &bag, "--map", "desk.vmap", "--frames", "20", "--bag-out", "robot.mcap"];
@@ -195,6 +200,11 @@ fn a_map_of_given_poses_is_merged_trimmed_and_written_for_nav2() {
     assert!(workspace.path("both.vmap~").exists(), "what was there is kept");
     let text = workspace.must(&["map", "info", "both.vmap"]).stdout;
     assert!(text.contains("both.vmap: 6 keyframes"), "{text}");
+    // What is damaged alike is told at once. The last pictures are cut off.
+    let whole = fs::read(workspace.path("both.vmap")).unwrap();
+    fs::write(workspace.path("cut.vmap"), &whole[..whole.len() / 2]).unwrap();
+    let told = workspace.must(&["map", "info", "cut.vmap"]).stderr;
+    assert!(told.contains("sections from picture") && told.lines().count() == 1, "{told}");
 
     workspace.must(&["map", "export", "given.vmap", "--floor", "floor"]);
     let picture = fs::read(workspace.path("floor/floor.pgm")).unwrap();
@@ -291,6 +301,12 @@ fn a_photo_is_located_in_a_map_of_slam() {
     workspace.must(&[&large[..], &["--out", "large"]].concat());
     let again = &workspace.json("l.json")["poses"][0];
     assert!((again["x"].as_f64().unwrap() - pose[1]).abs() < 0.02, "{again}, expected {line}");
+    // One of a tenth of it sees no corners of the map.
+    let tiny = RgbImage::new(small.width() / 10, small.height() / 10);
+    save_png(&tiny, &workspace.path("tiny.png")).unwrap();
+    let tiny = ["locate", "tiny.png", "--map", "desk.vmap", "--camera", &camera, "--json", "t.json"];
+    workspace.must(&tiny);
+    assert_eq!(workspace.json("t.json")["diagnosis"][0]["code"], "few-pixels");
     let error = workspace.refused(&[&base[..], &["--height", "1"]].concat());
     assert!(error.contains("--height: it makes no difference in a map of SLAM"), "{error}");
     // Another room.

@@ -6,7 +6,10 @@ use thiserror::Error;
 use visloc_core::SourceError;
 use visloc_sim::{ScenarioError, TourError};
 
-use crate::{FileError, bag::BagError};
+use crate::{
+    FileError,
+    bag::{BagError, TopicRole},
+};
 
 /// Why a source cannot be opened.
 #[derive(Debug, Error)]
@@ -160,6 +163,19 @@ impl SourcesError {
     #[must_use]
     pub fn lacks_camera(&self) -> bool {
         matches!(self, Self::NoCamera { .. } | Self::Sequence(FileError::NoCamera { .. }))
+    }
+
+    /// Whether nothing says where the camera is on a robot: there may be none.
+    #[must_use]
+    pub fn lacks_mount(&self) -> bool {
+        use BagError::{MissingTopic, NoMessages, NotRead};
+        match self {
+            Self::NoMount { .. } => true,
+            Self::Bag(MissingTopic { role, .. } | NoMessages { role, .. } | NotRead { role, .. }) => {
+                *role == TopicRole::Tf
+            }
+            _ => false,
+        }
     }
 }
 
