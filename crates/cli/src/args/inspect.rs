@@ -31,7 +31,17 @@ pub enum ConfigCommand {
         /// Name of an algorithm or of a preset of SLAM (sdvl, orb-sdvl, small, config1 to config8), or "pipeline" or "topics"
         #[arg(value_name = "NAME")]
         name: String,
+        #[command(flatten)]
+        out: TextOutArg,
     },
+}
+
+/// Where a text goes.
+#[derive(Debug, Args)]
+pub struct TextOutArg {
+    /// Write it to this file in place of printing it
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<OutputFile>,
 }
 
 /// Arguments of `visloc map`.
@@ -41,7 +51,7 @@ pub enum ConfigCommand {
     long_about = "Maps that are drawn: check says what is wrong with one and where, what was passed over in a file of another format, \
                   and what hinders a robot from being found in it; import makes one. Maps that SLAM made (.vmap): what is in them, meters \
                   and a frame for them, two made one, smaller ones, files for other programs.",
-    after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml\n  \
+    after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 --out my-field.toml\n  \
                        visloc map info room.vmap --plots out/room\n  \
                        visloc map align room.vmap --to truth.tum --out room.vmap\n  \
                        visloc map merge room.vmap hall.vmap --out both.vmap\n  \
@@ -93,11 +103,13 @@ pub enum MapCommand {
         #[command(flatten)]
         json: JsonArg,
     },
-    /// Print a building in another format as a map in TOML, to go on from
+    /// Print a map in another format as TOML, to go on from
     Import {
-        /// List of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf)
+        /// List of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf), measures of a field (.yaml)
         #[arg(value_name = "FILE")]
         file: InputName,
+        #[command(flatten)]
+        out: TextOutArg,
     },
     /// Print a built-in map as TOML, to start a map of your own from; of a map of visloc slam (.vmap) what info says
     Show {
@@ -107,6 +119,8 @@ pub enum MapCommand {
         /// Draw the map into this folder
         #[arg(long, value_name = "DIR")]
         plots: Option<OutputFolder>,
+        #[command(flatten)]
+        out: TextOutArg,
     },
     /// Say what a map of visloc slam (.vmap) has: keyframes, landmarks, scale, where it comes from; draw it
     Info {

@@ -36,7 +36,7 @@ pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use drive::DriveArgs;
 #[cfg(feature = "experiments")]
 pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs};
-pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand};
+pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand, TextOutArg};
 #[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{LocalizeArgs, TopicArgs};

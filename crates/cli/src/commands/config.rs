@@ -9,12 +9,12 @@ use visloc_slam::{PRESETS, SlamPreset};
 use crate::{
     args::{ConfigArgs, ConfigCommand, ListArgs},
     report::{Listed, print_list},
-    say,
+    run::print_or_write,
 };
 
 /// Runs the command.
 pub fn execute(args: &ConfigArgs) -> Result<()> {
-    let ConfigCommand::Show { name } = &args.command;
+    let ConfigCommand::Show { name, out } = &args.command;
     let text = match name.as_str() {
         "pipeline" => commented_toml(&PipelineConfig::default())?,
         "topics" => commented_toml(&BagTopics::default())?,
@@ -33,8 +33,7 @@ pub fn execute(args: &ConfigArgs) -> Result<()> {
             }
         },
     };
-    say::text(format_args!("{text}"));
-    Ok(())
+    print_or_write(&text, out)
 }
 
 /// Prints name and summary of every algorithm.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
 use visloc_world::{BUILT_IN_MAPS, Hindrance, ImportNote, Map, field::Field, office::Office};
@@ -11,6 +11,7 @@ use super::{map_merge, visual_map};
 use crate::{
     args::{JsonArg, ListArgs, MapArgs, MapCommand},
     report::{Listed, ground, print_list, save_json},
+    run::print_or_write,
     say,
     slam::is_map_of_slam,
 };
@@ -36,16 +37,14 @@ pub fn execute(args: &MapArgs) -> Result<()> {
                 save_json(path, &Findings { map, name: loaded.name(), hindrances, notes })?;
             }
         }
-        MapCommand::Import { file } => {
-            let (Map::Office(office), notes) = Map::load_with_notes(file)? else {
-                return Err(anyhow!("{file}: expected the plan of a building"));
-            };
-            say::text(format_args!("{}", office.plan().to_toml()?));
+        MapCommand::Import { file, out } => {
+            let (loaded, notes) = Map::load_with_notes(file)?;
+            print_or_write(&loaded.to_toml()?, out)?;
             // Beside the map, which may go to a file.
             for note in notes.iter().map(ToString::to_string) {
                 eprintln!("note: {note}");
             }
-            for hindrance in Map::Office(office).what_hinders_localization() {
+            for hindrance in loaded.what_hinders_localization() {
                 eprintln!("note: {hindrance}");
             }
         }
@@ -62,22 +61,26 @@ pub fn execute(args: &MapArgs) -> Result<()> {
             };
             visual_map::export(map, &wanted)?;
         }
-        MapCommand::Show { map, plots } if is_map_of_slam(map) => {
+        MapCommand::Show { map, plots, out } if is_map_of_slam(map) => {
+            if out.out.is_some() {
+                bail!("--out: expected a drawn map, found one of SLAM, which is no text");
+            }
             visual_map::info(Path::new(&**map), plots.as_deref(), &JsonArg { json: None })?;
         }
-        MapCommand::Show { map, plots } => {
+        MapCommand::Show { map, plots, out } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| *name == &**map);
             let (name, text) = known.ok_or_else(|| {
                 anyhow!(
-                    "no built-in map \"{map}\"; known: {}; a file is checked by: visloc map check",
+                    "no built-in map \"{map}\"; known: {}; a file is checked by visloc map check, and made TOML by visloc map import",
                     names()
                 )
             })?;
             if let Some(folder) = plots {
                 draw(folder, &Map::parse(name, text)?)?;
-                return Ok(());
             }
-            say::text(format_args!("{text}"));
+            if plots.is_none() || out.out.is_some() {
+                print_or_write(text, out)?;
+            }
         }
     }
     Ok(())

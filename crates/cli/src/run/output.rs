@@ -14,6 +14,10 @@ use visloc_core::{
 use visloc_io::trajectory::{write_tum_header, write_tum_pose};
 
 use super::{FrameRecord, Saving};
+use crate::{
+    args::{STANDARD_OUTPUT, TextOutArg},
+    say,
+};
 
 /// First line of a table of estimates. Seconds, meters and radians; `t`, `x`, `y`, `yaw` as in tables of the truth.
 pub const CSV_HEADER: &str =
@@ -105,6 +109,20 @@ impl GrowingFile {
 /// Writes a whole file, and makes its folder.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     files::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
+}
+
+/// Prints a text, or writes it to the file that was asked for and says so.
+pub fn print_or_write(text: &str, asked: &TextOutArg) -> Result<()> {
+    match &asked.out {
+        None => say::text(format_args!("{text}")),
+        Some(path) => {
+            write_text(path, text)?;
+            if **path != *Path::new(STANDARD_OUTPUT) {
+                say::line!("written: {}", path.display());
+            }
+        }
+    }
+    Ok(())
 }
 
 fn csv_line(record: &FrameRecord) -> String {

@@ -77,6 +77,8 @@ fn a_stream_that_leads_to_a_file_is_written_to_and_not_replaced() {
         assert!(said.starts_with("2 frames in common"), "{said}");
     }
     assert!(!workspace.path("-").exists());
+    let both = ["localize", "sim:tour", "--frames", "2", "--json", "-", "--estimates", "-"];
+    assert!(workspace.refused(&both).contains("expected another file"), "two results are not told apart");
     let said = workspace.visloc(&["slam", "sim:room", "--until", "5", "--json", "-"]);
     assert!(
         said.code == 0 && said.stdout.starts_with('{') && !said.stderr.contains("/dev/stdout"),
@@ -337,6 +339,33 @@ fn a_recording_that_another_program_writes_is_refused_before_the_run() {
         assert!(error.contains("busy.mcap") && error.contains("another program is writing it"), "{error}");
     }
     assert_eq!(workspace.read("busy.mcap"), "in the making");
+}
+
+#[test]
+fn what_prints_a_text_writes_it_to_a_file_as_well() {
+    let workspace = Workspace::new();
+    let size = "length: 6\nwidth: 4\nborder: 0.7\nline: 0.05\ncircle_diameter: 1.2\npenalty_depth: 0.6\npenalty_width: 2.2\n";
+    let goals = "cross_from_goal_line: 1.8\ngoal_inner_width: 1.4\ngoal_inner_height: 0.8\npost_diameter: 0.1\nball_diameter: 0.065\n\
+                 centre_mark: 0.1\ngoals:\n  - {color: yellow, x: 3}\n  - {color: blue, x: -3}\n";
+    workspace.write("field.yaml", &format!("{size}{goals}"));
+    let plan = excerpt_text("O1").replace("O1-excerpt.mcap", "O1-map.yaml");
+    for command in [
+        &["map", "import", &plan][..],
+        &["map", "import", "field.yaml"],
+        &["map", "show", MAP],
+        &["config", "show", "mce"],
+    ] {
+        let printed = workspace.must(command).stdout;
+        workspace.must(&[command, &["--out", "text.toml"]].concat());
+        assert_eq!(workspace.read("text.toml"), printed, "{command:?}");
+        assert_eq!(workspace.must(&[command, &["--out", "-"]].concat()).stdout, printed, "{command:?}");
+        if command[0] == "map" {
+            workspace.must(&["map", "check", "text.toml"]);
+        }
+        fs::remove_file(workspace.path("text.toml")).unwrap();
+    }
+    let error = workspace.refused(&["map", "import", "field.yaml", "--out", "field.yaml"]);
+    assert!(error.contains("which is read"), "{error}");
 }
 
 #[test]
