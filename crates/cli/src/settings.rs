@@ -293,7 +293,10 @@ fn bail_unless_poses(starts: &[StartArg], map: &Map) -> Result<()> {
     }
     match map {
         Map::Field(_) => bail!("--start: several are possible only for poses"),
-        _ => bail!("--start: the map {} has no halves and side lines; give pose:X,Y,HEADING", map.name()),
+        _ => bail!(
+            "--start: the building {:?} has no halves and side lines; give pose:X,Y,HEADING",
+            map.name()
+        ),
     }
 }
 

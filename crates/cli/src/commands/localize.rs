@@ -19,7 +19,7 @@ use crate::{
     },
     run::{
         BagOutput, FrameRecord, LiveReport, OpenSource, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Saving, Spectator, corrected, drive, open_live, open_source, prepare,
+        RunnerSettings, Saving, Spectator, StartCheck, corrected, drive, open_live, open_source, prepare,
         read_correction, source_options, write_correction,
     },
     say,
@@ -74,10 +74,11 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
     let mut runners = [runner.writing(files).keeping(most_records)];
     let mut snapshots = SnapshotTaker::new(args.picture_at);
+    let mut start = StartCheck::new(&settings.start, &source.map, settings.pipeline.lift);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.
     spectators.extend(live.as_deref_mut().map(|live| live as &mut dyn Spectator));
-    spectators.push(&mut progress);
+    spectators.extend([&mut progress as &mut dyn Spectator, &mut start]);
     spectators.extend(bag_out.as_mut().map(|bag| bag as &mut dyn Spectator));
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
@@ -93,7 +94,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     saving.save(runner.finish());
     let live = live.and_then(|live| live.report());
     let report = summarize(args, &source.map, &runner, &outcome, live);
-    print(&report, &runner);
+    print(&report, &runner, &start);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.robot_out.as_deref(), |path| save_robot(path, robot, report.camera_error.as_ref()));
     saving.save_if(bag_out, BagOutput::finish);
@@ -238,7 +239,7 @@ fn summarize(
     }
 }
 
-fn print(report: &LocalizeReport, runner: &Runner) {
+fn print(report: &LocalizeReport, runner: &Runner, start: &StartCheck) {
     say::line!(
         "{}: {}, {:.1} s, at {:.0} frames a second",
         report.source,
@@ -249,6 +250,13 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     if report.algorithm.evaluation.frames > 0 {
         print_algorithm(report, runner);
     }
+    if let Some(share) = runner.counters().odometry_jumps() {
+        say::line!(
+            "the odometry jumps in {} of the images, farther than a robot moves, and is not believed there: are its lengths meters?",
+            percent(Some(share))
+        );
+    }
+    start.line().iter().for_each(|line| say::line!("{line}"));
     print_cameras(&report.cameras);
     print_live(report);
     for line in report.skipped.lines_beside(report.error.as_deref()) {

@@ -27,13 +27,14 @@ pub fn execute(args: &SourcesArgs) -> Result<()> {
         say::line!("{}", serde_json::to_string_pretty(&kinds).context("cannot write JSON")?);
         return Ok(());
     }
+    let width = kinds.iter().map(|kind| kind.form.len()).max().unwrap_or(0);
     for kind in &kinds {
         let live = if kind.live { ", live" } else { "" };
-        say::line!("{:<14} {}{live}", kind.form, kind.name);
-        say::line!("{:<14} {}", "", kind.summary);
-        say::line!("{:<14} for instance: {}", "", kind.example);
+        say::line!("{:<width$} {}{live}", kind.form, kind.name);
+        say::line!("{:<width$} {}", "", kind.summary);
+        say::line!("{:<width$} for instance: {}", "", kind.example);
         if let Some(problem) = &kind.problem {
-            say::line!("{:<14} not usable here: {problem}", "");
+            say::line!("{:<width$} not usable here: {problem}", "");
         }
     }
     Ok(())

@@ -124,8 +124,8 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
         ),
         Cause::Unconfirmed => (
             format!("a place fits, but was not confirmed: {}; {}", best_words(facts), camera_words(facts)),
-            "more different views help: let the robot move and look around; a wrong --camera, --camera-height or --camera-tilt fits \
-             nowhere for long; --plots DIR draws the reliability (errors.png)",
+            "more different views help: let the robot move and look around; a wrong --map, --camera, --camera-height or --camera-tilt, and \
+             stamps of tf that are not those of the images, fit nowhere for long; --plots DIR draws the reliability (errors.png)",
         ),
         Cause::ShortRun => (
             format!("the run is short ({:.1} s): {}", facts.duration_secs, best_words(facts)),

@@ -20,6 +20,7 @@ mod ros_drive;
 mod runner;
 mod saving;
 mod source;
+mod start_check;
 #[cfg(feature = "ros2")]
 mod team;
 
@@ -30,7 +31,7 @@ pub use live::open_live;
 pub use live::{TF_AHEAD_SECS, obeyed, publish_settings};
 pub use live_report::LiveReport;
 pub use one_camera::of_one_camera;
-pub use output::{OutputFiles, expect_new_folder, write_text};
+pub use output::{OutputFiles, expect_new_folder, print_or_write, write_text};
 pub use progress::Progress;
 pub use records::Records;
 pub use results::BagOutput;
@@ -42,5 +43,6 @@ pub use source::{
     OpenSource, open_source, picture_options, prepare, refuse_source_options, simulation, source_options,
     until_stopped,
 };
+pub use start_check::StartCheck;
 #[cfg(feature = "ros2")]
 pub use team::{TeamOutput, TeamReport};

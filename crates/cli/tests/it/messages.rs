@@ -112,7 +112,7 @@ fn what_is_meant_otherwise_is_answered_with_what_to_do() {
         "# t_s tx ty tz qx qy qz qw, camera to world, map units\n1 0 0 0 0.5 -0.5 0.5 -0.5\n",
     );
     let board = ["--size", "9x6", "--square", "0.03"];
-    let cases: [(&[&str], &str); 18] = [
+    let cases: [(&[&str], &str); 20] = [
         (&["slam", "loop:"], "loop:: expected loop:DIR|FILE.mp4"),
         (
             &["slam", "loop:sim:tour"],
@@ -142,6 +142,11 @@ fn what_is_meant_otherwise_is_answered_with_what_to_do() {
             "ends with .svg",
         ),
         (&["evaluate", "way.tum", "robot.csv"], "robot.csv: a table of a robot on the ground"),
+        (
+            &["likelihood", "sim:office", "--out", "d"],
+            "expected the map of a RoboCup field, found a building",
+        ),
+        (&["map", "show", "field.yaml"], "made TOML by visloc map import"),
         (&["config", "show", "nope"], "nope: there are no parameters of that name"),
     ];
     for (command, expected) in cases {

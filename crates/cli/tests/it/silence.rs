@@ -106,6 +106,42 @@ fn a_field_that_looks_alike_from_both_halves_asks_for_one() {
 }
 
 #[test]
+fn a_start_that_the_images_contradict_or_cannot_confirm_is_named() {
+    let workspace = Workspace::new();
+    let said = |source: &str, map: &str, start: &str| {
+        let run = ["localize", source, "--map", map, "--frames", "60", "--start", start];
+        let stdout = workspace.must(&run).stdout;
+        (stdout.contains("--start does not hold"), stdout.contains("the half is that of --start"))
+    };
+    // The robot begins at x -1.43 m, and the goals have two colors.
+    let bag = excerpt_text("R1");
+    for (start, does_hold) in [
+        ("half:negative", true),
+        ("half:positive", false),
+        ("pose:-1.43,1.09,-153", true),
+        ("pose:1.43,-1.09,27", false),
+        ("side-lines:negative", false),
+    ] {
+        assert_eq!(said(&bag, MAP, start), (!does_hold, false), "{start}");
+    }
+    for half in ["half:negative", "half:positive"] {
+        assert_eq!(said("sim:tour-2024", "robocup-spl-2024", half), (false, true), "{half}");
+    }
+}
+
+#[test]
+fn odometry_in_another_unit_is_named() {
+    let workspace = Workspace::new();
+    workspace.bag("changed.mcap", 90, |_, next| {
+        let odometry = next.frame.odometry.as_mut().unwrap();
+        (odometry.x_m, odometry.y_m) = (1000.0 * odometry.x_m, 1000.0 * odometry.y_m);
+    });
+    let said = |source: &str| workspace.must(&["localize", source, "--map", MAP]).stdout;
+    assert!(said("changed.mcap").contains("the odometry jumps in"), "millimeters");
+    assert!(!said(&excerpt_text("R1")).contains("the odometry jumps"));
+}
+
+#[test]
 fn good_runs_need_no_reason_and_short_ones_say_that_they_are() {
     let workspace = Workspace::new();
     for name in ["R1", "R2"] {

@@ -27,7 +27,10 @@ impl Eye {
         config.check()?;
         let analyzer = ImageAnalyzer::new(map, config).map_err(|error| failed(error.to_string()))?;
         let Map::Field(field) = map else {
-            return Err(failed(format!("expected a RoboCup field, found {}", map.name())));
+            return Err(failed(format!(
+                "expected the map of a RoboCup field, found a building, {:?}",
+                map.name()
+            )));
         };
         let model = FieldObservationModel::new(field, &config.observation)?;
         Ok(Self { analyzer, analysis_rng: rng.stream("analysis", 0), model, field: field.clone() })

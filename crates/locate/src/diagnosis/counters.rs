@@ -10,6 +10,7 @@ use visloc_world::Map;
 use super::{Cause, view};
 use crate::{
     Estimate, LOCALIZED_RELIABILITY, LiftDetector, PipelineConfig,
+    odometer::{Odometer, Odometry},
     vision::{ImageLook, Percept, color::HueRange},
 };
 
@@ -18,7 +19,7 @@ const START_SECS: f64 = 5.0;
 /// A run that goes on for less than this afterwards is judged from its first image on, seconds.
 const MIN_JUDGED_SECS: f64 = 2.0;
 /// With a smaller share of localized images a run needs an explanation.
-const ENOUGH_LOCALIZED: f64 = 0.2;
+const ENOUGH_LOCALIZED: f64 = 0.5;
 /// Images with less mean chroma have no colors, 0 to 255: JPEG leaves one or two levels to gray images.
 const GRAY: f64 = 4.0;
 /// Less carpet than this is none; more than this is a field, 0 to 1.
@@ -46,6 +47,9 @@ pub struct RunCounters {
     early: Tally,
     late: Tally,
     num_without_odometry: usize,
+    odometer: Odometer,
+    /// Images to which the odometry jumped.
+    num_jumps: usize,
     first_view: Option<PlanarPose>,
     /// Farthest from the first view, meters and radians.
     view_extent: (f64, f64),
@@ -151,6 +155,8 @@ impl RunCounters {
             early: Tally::default(),
             late: Tally::default(),
             num_without_odometry: 0,
+            odometer: Odometer::new(config.refinement.max_motion_m),
+            num_jumps: 0,
             first_view: None,
             view_extent: (0.0, 0.0),
             sums: CameraSums::default(),
@@ -215,6 +221,13 @@ impl RunCounters {
         Diagnosis { findings, localized_share, facts }
     }
 
+    /// Share of the images with odometry to which it jumped farther than a robot moves, if so many did that its numbers cannot be right.
+    pub fn odometry_jumps(&self) -> Option<f64> {
+        let num = self.sums.num - self.num_without_odometry;
+        let share = self.num_jumps as f64 / num.max(1) as f64;
+        (share >= NOTABLE_SHARE).then_some(share)
+    }
+
     fn duration_secs(&self) -> f64 {
         self.first_at.zip(self.last_at).map_or(0.0, |(first, last)| last.secs_since(first))
     }
@@ -250,10 +263,12 @@ impl RunCounters {
         self.sums.view_deg += view::view_deg(frame);
         self.sums.tilt_deg += view::tilt_deg(frame);
         self.sums.height_m += frame.robot_from_camera.translation().z;
+        let step = self.odometer.update(frame.at, frame.odometry);
         let Some(robot) = frame.odometry else {
             self.num_without_odometry += 1;
             return;
         };
+        self.num_jumps += usize::from(matches!(step, Odometry::Missing { .. }));
         let now = PlanarPose::new(robot.x_m, robot.y_m, robot.yaw_rad + view::pan_rad(frame));
         let first = self.first_view.get_or_insert(now);
         self.view_extent.0 = self.view_extent.0.max(first.distance_m(&now));
