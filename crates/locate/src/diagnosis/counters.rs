@@ -19,7 +19,7 @@ const START_SECS: f64 = 5.0;
 /// A run that goes on for less than this afterwards is judged from its first image on, seconds.
 const MIN_JUDGED_SECS: f64 = 2.0;
 /// With a smaller share of localized images a run needs an explanation.
-const ENOUGH_LOCALIZED: f64 = 0.5;
+const ENOUGH_LOCALIZED: f64 = 0.2;
 /// Images with less mean chroma have no colors, 0 to 255: JPEG leaves one or two levels to gray images.
 const GRAY: f64 = 4.0;
 /// Less carpet than this is none; more than this is a field, 0 to 1.
@@ -46,6 +46,8 @@ pub struct RunCounters {
     last_at: Option<Timestamp>,
     early: Tally,
     late: Tally,
+    /// Images before the first one that was localized.
+    num_before_found: usize,
     num_without_odometry: usize,
     odometer: Odometer,
     /// Images to which the odometry jumped.
@@ -154,6 +156,7 @@ impl RunCounters {
             last_at: None,
             early: Tally::default(),
             late: Tally::default(),
+            num_before_found: 0,
             num_without_odometry: 0,
             odometer: Odometer::new(config.refinement.max_motion_m),
             num_jumps: 0,
@@ -192,7 +195,7 @@ impl RunCounters {
             best_reliability: tally.best,
             ..self.facts()
         };
-        if tally.num == 0 || localized_share >= ENOUGH_LOCALIZED {
+        if tally.num == 0 || (localized_share >= ENOUGH_LOCALIZED && self.is_kept()) {
             return Diagnosis { findings: Vec::new(), localized_share, facts };
         }
         let mut counts = tally.by_cause;
@@ -221,6 +224,12 @@ impl RunCounters {
         Diagnosis { findings, localized_share, facts }
     }
 
+    /// Whether a robot that was found stayed so in most images: who was found at moments only may have been taken for another place.
+    fn is_kept(&self) -> bool {
+        let tally = self.early.plus(&self.late);
+        tally.num_localized as f64 >= 0.5 * (tally.num - self.num_before_found) as f64
+    }
+
     /// Share of the images with odometry to which it jumped farther than a robot moves, if so many did that its numbers cannot be right.
     pub fn odometry_jumps(&self) -> Option<f64> {
         let num = self.sums.num - self.num_without_odometry;
@@ -247,6 +256,8 @@ impl RunCounters {
         let first = *self.first_at.get_or_insert(at);
         self.last_at = Some(at);
         let secs = at.secs_since(first);
+        let was_found = self.early.num_localized + self.late.num_localized > 0;
+        self.num_before_found += usize::from(!was_found && cause.is_some());
         let tally = if secs < START_SECS { &mut self.early } else { &mut self.late };
         tally.num += 1;
         if reliability > tally.best.0 {
