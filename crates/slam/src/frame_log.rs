@@ -60,6 +60,10 @@ impl FrameLog {
         &self.seams
     }
 
+    pub fn seams_mut(&mut self) -> &mut [Seam] {
+        &mut self.seams
+    }
+
     pub fn has_forgotten(&self) -> bool {
         self.first > 0
     }

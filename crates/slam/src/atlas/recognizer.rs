@@ -111,6 +111,12 @@ impl Recognizer {
         self.global = None;
     }
 
+    /// Whether the whole map is being adjusted.
+    #[must_use]
+    pub fn is_adjusting(&self) -> bool {
+        self.global.is_some()
+    }
+
     /// Goes on with the adjustment of the whole map, if there is one to be done; says whether keyframes have moved.
     pub fn adjust(&mut self, map: &mut Map, timer: &mut StageTimer) -> bool {
         let Some(global) = &mut self.global else { return false };

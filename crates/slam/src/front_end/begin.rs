@@ -71,10 +71,10 @@ impl FrontEnd {
         self.epoch += 1;
         let (first_id, second_id) = (offsets.keyframe(*first), offsets.keyframe(*second));
         self.anchor_scale = self.map.scale_of(second_id);
-        self.place(map.keyframe(*first).frame, (first_id, Rigid3::identity()));
+        self.place(map.keyframe(*first).frame, (first_id, Rigid3::identity()), self.anchor_scale);
         let world_from_first = map.keyframe(*first).camera_from_world().inverse();
         for (number, pose) in between {
-            self.place(*number, (first_id, *pose * world_from_first));
+            self.place(*number, (first_id, *pose * world_from_first), self.anchor_scale);
         }
         self.backfill.start(first_id, second_id);
         let number = self.number();
@@ -83,7 +83,7 @@ impl FrontEnd {
                 pose.is_filled_in = true;
             }
         }
-        self.place(number, (second_id, Rigid3::identity()));
+        self.place(number, (second_id, Rigid3::identity()), self.anchor_scale);
         outcome.state = TrackingState::Tracking(Quality::Good);
         outcome.camera_from_world = Some(frame.camera_from_world);
         outcome.map = Some(self.map.active());
@@ -94,7 +94,7 @@ impl FrontEnd {
         }
         self.tracker.restart_from(frame);
         self.rule.restart();
-        self.anchor = second_id;
+        (self.anchor, self.hangs_on) = (second_id, second_id);
         self.awaits_keyframe = true;
         self.started_at = number;
         self.started_map = Some(self.map.active());
@@ -118,9 +118,7 @@ impl FrontEnd {
         self.crossings.extend(self.crossing_at(&found));
         let (number, place) = (found.number, (found.keyframe, found.camera_from_keyframe));
         if self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none() || frame.is_carried) {
-            let scale = std::mem::replace(&mut self.anchor_scale, self.map.scale_of(place.0));
-            self.place(number, place);
-            self.anchor_scale = scale;
+            self.place(number, place, self.map.scale_of(place.0));
             if let Some(frame) = self.frames.get_mut(number) {
                 frame.is_filled_in = true;
             }

@@ -144,7 +144,7 @@ impl FrontEnd {
         self.tracker.forget();
         self.initializer.reset();
         self.backfill.forget_recent();
-        self.anchor = located.keyframe;
+        (self.anchor, self.hangs_on) = (located.keyframe, located.keyframe);
         self.activate_anchor();
         self.rule.keyframe_made();
         self.accept(located.report, outcome, timer)

@@ -6,7 +6,8 @@ use super::{FrontEnd, Keeping};
 use crate::{
     config::TrackingConfig,
     frame_log::Seam,
-    map::KeyframeId,
+    lie::CameraFromWorld,
+    map::{KeyframeId, LandmarkId},
     mapping::KeyframeDecision,
     odometry::CameraMotion,
     outcome::{FrameOutcome, TrackingState},
@@ -94,6 +95,7 @@ impl FrontEnd {
         let number = report.frame.number;
         if let Some(last) = self.tracker.last() {
             report.frame.camera_from_world = *moved * last.camera_from_world;
+            report.expected_from_world = report.frame.camera_from_world;
         }
         report.frame.features.clear();
         (report.num_matched, report.num_converged) = (0, 0);
@@ -112,16 +114,27 @@ impl FrontEnd {
         }
     }
 
-    /// Hangs this frame and the next ones on an earlier keyframe.
-    fn go_back_to(&mut self, earlier: KeyframeId, frame: &Frame) {
-        let before = std::mem::replace(&mut self.anchor, earlier);
+    /// The keyframe of the map that shows most of what was found in a frame.
+    fn shows_most_of(&self, frame: &Frame) -> KeyframeId {
+        let found: Vec<LandmarkId> = frame.features.iter().map(|feature| feature.landmark).collect();
+        let map = self.map.map_of(self.anchor);
+        let mut sharing = self.map.sharing(&found, 1).into_iter().map(|(id, _)| id);
+        sharing.find(|id| self.map.map_of(*id) == map).unwrap_or(self.anchor)
+    }
+
+    /// Hangs a frame on a keyframe, to which the frames before go over. As long as the map does not fit what is seen, the frame may be found among other
+    /// landmarks than those were: then they go over from where it was expected.
+    pub(super) fn hang(&mut self, keyframe: KeyframeId, (frame, expected): (&Frame, &CameraFromWorld)) {
+        let before = std::mem::replace(&mut self.hangs_on, keyframe);
         // Fixed ones never move beside each other.
-        let stay = self.map.is_fixed(before) && self.map.is_fixed(earlier);
-        if earlier != before && !stay && self.map.map_of(before) == self.map.map_of(earlier) {
-            let place = (before, frame.camera_from_world * self.map.pose_of(before).inverse());
-            let scale = self.map.scale_of(before);
-            self.frames.add_seam(Seam { number: frame.number, place, scale });
+        let stay = self.map.is_fixed(before) && self.map.is_fixed(keyframe);
+        if keyframe != before && !stay && self.map.map_of(before) == self.map.map_of(keyframe) {
+            let pose = if self.unsettled.is_some() { expected } else { &frame.camera_from_world };
+            let place = (before, *pose * self.map.pose_of(before).inverse());
+            self.frames.add_seam(Seam { number: frame.number, place, scale: self.map.scale_of(before) });
         }
+        let place = (keyframe, frame.camera_from_world * self.map.pose_of(keyframe).inverse());
+        self.place(frame.number, place, self.map.scale_of(keyframe));
     }
 
     /// Takes over a tracked frame and decides whether it should become a keyframe.
@@ -157,13 +170,18 @@ impl FrontEnd {
             self.rule.decide(&self.map, self.anchor, &report, focal_px(&self.camera))
         };
         if let KeyframeDecision::GoBackTo(earlier) = decision {
-            self.go_back_to(earlier, &report.frame);
+            self.anchor = earlier;
         }
         let makes_keyframe = decision == KeyframeDecision::Make;
         self.anchor_scale = self.map.scale_of(self.anchor);
         let anchor_from_world = self.map.pose_of(self.anchor);
-        let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
-        self.place(report.frame.number, (self.anchor, from_anchor));
+        let keyframe = match decision {
+            _ if self.unsettled.is_some() => self.shows_most_of(&report.frame),
+            KeyframeDecision::GoBackTo(earlier) => earlier,
+            _ => self.hangs_on,
+        };
+        self.hang(keyframe, (&report.frame, &report.expected_from_world));
+        self.remember_unsettled(&report.frame);
         self.tracker.accept(report.frame.clone());
         self.awaits_keyframe |= makes_keyframe;
         self.fill_back();

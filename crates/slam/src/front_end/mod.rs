@@ -5,6 +5,7 @@ mod cross;
 mod find;
 mod follow;
 mod trajectory;
+mod unsettled;
 mod update;
 
 use std::sync::Arc;
@@ -26,6 +27,7 @@ use crate::{
     timing::StageTimer,
     track::{Incoming, Tracker},
 };
+use unsettled::Unsettled;
 
 /// What tracking is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +74,8 @@ pub(crate) struct FrontEnd {
     crossings: Vec<Crossing>,
     rule: KeyframeRule,
     pub frames: FrameLog,
+    /// While the whole map is being adjusted: the frames that were tracked in it since that began.
+    unsettled: Option<Vec<Unsettled>>,
     phase: Phase,
     num_bad: usize,
     started_at: usize,
@@ -80,8 +84,10 @@ pub(crate) struct FrontEnd {
     keeping: Keeping,
     /// Whether the place where the camera is followed may be the wrong one.
     is_in_doubt: bool,
-    /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
+    /// The newest keyframe, or an earlier one that covers the view.
     anchor: KeyframeId,
+    /// The keyframe that the last frame hangs on: the same, or, since the whole map was being adjusted, the one that shows most of what was found.
+    hangs_on: KeyframeId,
     /// Scale of that keyframe in the map as tracking sees it.
     anchor_scale: f64,
     /// Whether the mapper still works on a start or a keyframe, or gives a map up.
@@ -116,6 +122,7 @@ impl FrontEnd {
             crossings: Vec::new(),
             rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
             frames: FrameLog::default(),
+            unsettled: None,
             phase: Phase::Starting,
             num_bad: 0,
             started_at: 0,
@@ -123,6 +130,7 @@ impl FrontEnd {
             keeping: Keeping::Growing,
             is_in_doubt: false,
             anchor: KeyframeId::default(),
+            hangs_on: KeyframeId::default(),
             anchor_scale: 1.0,
             awaits_keyframe: false,
             lost_at: Timestamp::default(),

@@ -51,7 +51,7 @@ impl FrontEnd {
         self.pose_on(frame.place.as_ref()?, frame.scale)
     }
 
-    fn pose_on(
+    pub(super) fn pose_on(
         &self,
         (keyframe, camera_from_keyframe): &(KeyframeId, Rigid3<CameraFrame, CameraFrame>),
         scale: f64,

@@ -21,7 +21,7 @@ impl FrontEnd {
         let made = update.mapped.report.keyframe;
         if let Some(keyframe) = made {
             self.rehang(update.mapped.frame, keyframe, &update.camera_from_world);
-            self.anchor = keyframe;
+            (self.anchor, self.hangs_on) = (keyframe, keyframe);
             self.rule.keyframe_made();
         }
         let scale_before = if made.is_some() { 1.0 } else { self.anchor_scale };
@@ -34,6 +34,10 @@ impl FrontEnd {
         if update.was_awaited {
             self.awaits_keyframe = false;
         }
+        if update.has_moved && !update.was_awaited {
+            self.settle();
+        }
+        self.unsettled = update.is_adjusting.then(|| self.unsettled.take().unwrap_or_default());
         if update.has_moved {
             let first = update.mapped.frame.saturating_add(usize::from(update.was_awaited));
             self.correct_last(first, made);
@@ -74,15 +78,19 @@ impl FrontEnd {
         let world_from_keyframe = camera_from_world.inverse();
         for later in number + 1..self.frames.len() {
             if let Some(pose) = self.frames.get(later).and_then(|frame| self.camera_from_world(frame)) {
-                self.place(later, (keyframe, pose * world_from_keyframe));
+                self.place(later, (keyframe, pose * world_from_keyframe), 1.0);
             }
         }
-        self.place(number, (keyframe, Rigid3::identity()));
+        self.place(number, (keyframe, Rigid3::identity()), 1.0);
     }
 
     /// Notes where a frame is, if it is still remembered.
-    pub(super) fn place(&mut self, number: usize, place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>)) {
-        let scale = self.anchor_scale;
+    pub(super) fn place(
+        &mut self,
+        number: usize,
+        place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>),
+        scale: f64,
+    ) {
         if let Some(frame) = self.frames.get_mut(number) {
             frame.place = Some(place);
             frame.scale = scale;

@@ -244,6 +244,7 @@ mod tests {
         frame.features = seen_from(from).filter_map(feature).collect();
         let num_converged = frame.features.len();
         let report = TrackReport {
+            expected_from_world: frame.camera_from_world,
             frame,
             quality: Quality::Good,
             tried: Vec::new(),

@@ -81,6 +81,8 @@ pub(crate) struct Update {
     pub camera_from_world: CameraFromWorld,
     /// Whether keyframes may have moved.
     pub has_moved: bool,
+    /// Whether the whole map is being adjusted.
+    pub is_adjusting: bool,
     /// Whether tracking relied on it being done.
     pub was_awaited: bool,
     /// What was done.

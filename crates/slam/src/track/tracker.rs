@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix6, Rotation3, Vector2};
 use visloc_core::{
+    Rng,
     geom::{Camera, Rigid3},
     median,
 };
@@ -54,6 +55,8 @@ impl Quality {
 pub struct TrackReport {
     /// The frame with its pose and features.
     pub frame: Frame,
+    /// Where it was expected: how it has moved since the last frame, by odometry or the images of both.
+    pub expected_from_world: CameraFromWorld,
     /// How well it went.
     pub quality: Quality,
     /// Landmarks that were looked for.
@@ -166,6 +169,7 @@ impl Tracker {
         if report.quality == Quality::Bad {
             report = self.track_wide(map, incoming, &predicted, last, work).unwrap_or(report);
         }
+        report.expected_from_world = predicted;
         self.hold_place(map, incoming, &mut report);
         work.timer.end("pose");
         Some(report)
@@ -326,6 +330,7 @@ impl Tracker {
             quality,
             local_map,
             covariance,
+            expected_from_world: *predicted,
             frame: Frame {
                 number,
                 at,
@@ -336,6 +341,27 @@ impl Tracker {
                 odometry: incoming.odometry,
             },
         }
+    }
+
+    /// Where a frame was, by what was found in it, in a map that was adjusted since; `None` if too little of that still agrees.
+    pub(crate) fn pose_again(
+        &self,
+        map: &Map,
+        expected: &CameraFromWorld,
+        features: &[Feature],
+        rng: &mut Rng,
+    ) -> Option<CameraFromWorld> {
+        let focal = focal_px(&self.camera);
+        let observations: Vec<PoseObservation> = features
+            .iter()
+            .map(|feature| (map.landmark(feature.landmark), feature))
+            .filter(|(landmark, _)| landmark.is_alive())
+            .map(|(landmark, feature)| self.observation(landmark, feature, map, expected, focal))
+            .collect();
+        // They agreed once.
+        let rejection = Rejection { max_hypotheses: None, ..self.rejection() };
+        let robust = robust_pose(expected, None, (&observations, rejection), rng);
+        (robust.num_inliers >= self.config.min_matches).then_some(robust.camera_from_world)
     }
 
     fn quality(&self, num_searched: usize, num_matched: usize) -> Quality {
