@@ -114,12 +114,16 @@ impl FrontEnd {
         }
     }
 
-    /// The keyframe of the map that shows most of what was found in a frame.
+    /// The keyframe of the map that shows most of what was found in a frame, unless the one that the last frame hangs on shows half as much.
     fn shows_most_of(&self, frame: &Frame) -> KeyframeId {
         let found: Vec<LandmarkId> = frame.features.iter().map(|feature| feature.landmark).collect();
-        let map = self.map.map_of(self.anchor);
-        let mut sharing = self.map.sharing(&found, 1).into_iter().map(|(id, _)| id);
-        sharing.find(|id| self.map.map_of(*id) == map).unwrap_or(self.anchor)
+        let map = self.map.map_of(self.hangs_on);
+        let sharing = self.map.sharing(&found, 1);
+        let Some((best, most)) = sharing.iter().find(|(id, _)| self.map.map_of(*id) == map) else {
+            return self.hangs_on;
+        };
+        let stays = sharing.iter().any(|(id, shared)| *id == self.hangs_on && 2 * shared >= *most);
+        if stays { self.hangs_on } else { *best }
     }
 
     /// Hangs a frame on a keyframe, to which the frames before go over. As long as the map does not fit what is seen, the frame may be found among other
