@@ -115,7 +115,7 @@ impl FrontEnd {
     }
 
     /// The keyframe of the map that shows most of what was found in a frame, unless the one that the last frame hangs on shows half as much.
-    fn shows_most_of(&self, frame: &Frame) -> KeyframeId {
+    fn keyframe_to_hang_on(&self, frame: &Frame) -> KeyframeId {
         let found: Vec<LandmarkId> = frame.features.iter().map(|feature| feature.landmark).collect();
         let map = self.map.map_of(self.hangs_on);
         let sharing = self.map.sharing(&found, 1);
@@ -180,7 +180,7 @@ impl FrontEnd {
         self.anchor_scale = self.map.scale_of(self.anchor);
         let anchor_from_world = self.map.pose_of(self.anchor);
         let keyframe = match decision {
-            _ if self.unsettled.is_some() => self.shows_most_of(&report.frame),
+            _ if self.unsettled.is_some() => self.keyframe_to_hang_on(&report.frame),
             KeyframeDecision::GoBackTo(earlier) => earlier,
             _ => self.hangs_on,
         };
