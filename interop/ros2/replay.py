@@ -1,7 +1,7 @@
 """Replays a ROS 2 bag as live topics through Cyclone DDS, and receives what visloc says about it.
 
     python replay.py BAG [--received FILE.csv] [--json FILE] [--drop N] [--late N] [--wrong-type] [--again] [--orders]
-    python replay.py BAG --minutes M        over and over for so long, every message stamped with the time at which it is sent
+    python replay.py BAG --minutes M        over and over for so long, stamped as if it happened now
 
 It waits until somebody subscribes to the images, plays the bag in real time (or --rate times as fast), and waits a moment for
 the last answers. Every message of results is decoded by Cyclone DDS and counted; poses go to the CSV file.
@@ -139,12 +139,11 @@ def play(participant, bag, args, sent):
     return num_images
 
 
-def stamp_now(message, now):
-    """Gives a message, and all transforms in it, the time now."""
+def headers_of(message):
+    """The headers of a message and of all transforms in it, each with the time that it tells."""
     headers = [message.header] if hasattr(message, "header") else []
     headers += [transform.header for transform in getattr(message, "transforms", [])]
-    for header in headers:
-        header.stamp.sec, header.stamp.nanosec = divmod(now, 1_000_000_000)
+    return [(header, stamp(header)) for header in headers]
 
 
 def play_for(participant, bag, minutes, args):
@@ -156,15 +155,16 @@ def play_for(participant, bag, minutes, args):
     time.sleep(1.0)
     first, last = bag["messages"][0][0], bag["messages"][-1][0]
     frame = (last - first) / max(1, sum(topic == image_topic for _, topic, _ in bag["messages"]) - 1)
+    messages = [(at, topic, message, headers_of(message)) for at, topic, message in bag["messages"]]
     start, num_images, round_start = time.time_ns(), 0, time.time_ns()
     while time.time_ns() < start + minutes * 60e9:
-        for at, topic, message in bag["messages"]:
-            due = round_start + (at - first)
-            ahead = (due - time.time_ns()) * 1e-9
+        for at, topic, message, headers in messages:
+            ahead = (round_start + (at - first) - time.time_ns()) * 1e-9
             if ahead > 0:
                 time.sleep(ahead)
-            # All messages of an image carry its stamp, so they are sent with one time.
-            stamp_now(message, int(due))
+            # What was stamped alike in the bag is so again.
+            for header, stamped in headers:
+                header.stamp.sec, header.stamp.nanosec = divmod(round_start + (stamped - first), 1_000_000_000)
             num_images += topic == image_topic
             writers[topic].write(message)
         round_start += int(last - first + frame)
@@ -199,7 +199,7 @@ def main():
     parser.add_argument("--wrong-type", action="store_true", help="publish Bool on the topic of the images, nothing else")
     parser.add_argument("--again", action="store_true", help="leave after the end, and play all from the start once more")
     parser.add_argument("--orders", action="store_true", help="reset after four seconds, initial pose after six")
-    parser.add_argument("--minutes", type=float, help="play over and over for so long, stamped with the time now")
+    parser.add_argument("--minutes", type=float, help="play over and over for so long, stamped as if it happened now")
     args = parser.parse_args()
 
     bag = {"topics": {}, "messages": []}
@@ -228,14 +228,17 @@ def main():
 
     # An endless replay sends each message at its stamp.
     is_sent = (lambda at: True) if args.minutes else sent.__contains__
-    delays = sorted((came - sent.get(at, at)) * 1e-6 for at, _, _, _, came in results.poses if is_sent(at))
+    answers = [(at, (came - sent.get(at, at)) * 1e-6) for at, _, _, _, came in results.poses if is_sent(at)]
+    delays = sorted(delay for _, delay in answers)
+    longest = sorted(answers, key=lambda answer: -answer[1])[:5]
     summary = {
         "images": num_images,
         "counts": results.counts,
         "map_from_odom": results.map_from_odom,
         "delay_ms": {
             "median": delays[len(delays) // 2], "p95": delays[int(0.95 * (len(delays) - 1))], "max": delays[-1],
-            "later_than_100": sum(delay > 100 for delay in delays), "num": len(delays)
+            "later_than_100": sum(delay > 100 for delay in delays), "num": len(delays),
+            "longest": [{"after_s": (at - answers[0][0]) * 1e-9, "ms": delay} for at, delay in longest],
         } if delays else None,
     }
     if "/diagnostics" in results.last:
