@@ -7,7 +7,7 @@ use visloc_core::RngTree;
 
 use super::{
     View,
-    lists::{Entry, Listed, Lists, MOST_DIFFERENT},
+    lists::{Entry, LESS_ALIKE, Listed, Lists, MOST_DIFFERENT},
 };
 use crate::{map::KeyframeId, orb::OrbDescriptor};
 
@@ -170,9 +170,10 @@ impl PlaceIndex {
                 parts.iter().map(|it| it.entries.len()).sum::<usize>() <= most_listed
             };
             let lists = lists.iter().filter(|parts| is_short(parts)).flatten();
-            lists.clone().for_each(|part| part.find(wanted, &mut near));
-            // Where all others are less alike, all that are near count; where there are no others, none.
             let is_other = |entry: &Entry| !is_own(entry.keyframe());
+            let mut limit = MOST_DIFFERENT;
+            lists.clone().for_each(|part| part.find(wanted, is_other, &mut limit, &mut near));
+            // Where all others are less alike, all that are near count; where there are no others, none.
             let least =
                 near.iter().filter(|(entry, _)| is_other(entry)).map(|(_, different)| *different).min();
             let Some(least) = least.or_else(|| {
@@ -185,7 +186,7 @@ impl PlaceIndex {
             for (entry, different) in &near {
                 let keyframe = entry.keyframe();
                 let mut is_new = || std::mem::replace(&mut found_by[keyframe.index()], number) != number;
-                if *different <= least + 1 && is_new() {
+                if *different <= least + LESS_ALIKE && is_new() {
                     alike.push(keyframe);
                     if let Some(known) = entry.place() {
                         take_alike(Alike { place: number as usize - 1, keyframe, known });

@@ -7,6 +7,9 @@ use crate::map::{KeyframeId, push_tightly};
 /// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
 pub(super) const MOST_DIFFERENT: u32 = 6;
 
+/// Different bits by which one that counts may be less alike than the most alike one.
+pub(super) const LESS_ALIKE: u32 = 1;
+
 /// Bits of the number of a place in its keyframe; of those with more places, the others do not tell how they lie.
 const PLACE_BITS: u32 = 10;
 /// Places that have a number of their own, and the number of all others.
@@ -50,8 +53,15 @@ pub(super) struct Listed<'a> {
 }
 
 impl Listed<'_> {
-    /// Adds those that are alike, with how many bits are different.
-    pub fn find(&self, wanted: u32, near: &mut Vec<(Entry, u32)>) {
+    /// Adds those that are alike up to a limit, with how many bits are different. The limit falls to what counts beside the most alike one of
+    /// others: of those that were added before, some may be above it.
+    pub fn find(
+        &self,
+        wanted: u32,
+        is_other: impl Fn(&Entry) -> bool,
+        limit: &mut u32,
+        near: &mut Vec<(Entry, u32)>,
+    ) {
         let blocks = self.signatures.chunks(BLOCK).zip(self.entries.chunks(BLOCK));
         for (signatures, entries) in blocks {
             let mut different = [u32::MAX; BLOCK];
@@ -65,19 +75,19 @@ impl Listed<'_> {
                 }
             }
             // Most blocks have none, and their entries need not be fetched.
-            let is_alike = different.map(|different| u8::from(different <= MOST_DIFFERENT));
+            let most = *limit;
+            let is_alike = different.map(|different| u8::from(different <= most));
             if is_alike.iter().fold(0, |any, is_alike| any | is_alike) == 0 {
                 continue;
             }
-            // Written without branches, which nobody can predict here.
-            let (mut alike, mut num) = ([(Entry(0), 0); BLOCK], 0);
-            for (entry, different) in entries.iter().zip(different) {
-                alike[num % BLOCK] = (*entry, different);
-                num += usize::from(different <= MOST_DIFFERENT);
+            for (entry, different) in
+                entries.iter().zip(different).filter(|(_, different)| *different <= most)
+            {
+                near.push((*entry, different));
+                if is_other(entry) {
+                    *limit = (*limit).min(different + LESS_ALIKE);
+                }
             }
-            // All of them, which are copied at once; those behind are none.
-            near.extend_from_slice(&alike);
-            near.truncate(near.len() - BLOCK + num);
         }
     }
 }
@@ -169,5 +179,40 @@ impl Lists {
         };
         self.added = (0..self.read.starts.len() - 1).map(list).collect();
         self.read = Arc::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng as _, RngExt};
+    use visloc_core::RngTree;
+
+    use super::*;
+
+    #[test]
+    fn what_counts_is_found_whether_or_not_the_limit_falls() {
+        let mut rng = RngTree::new(9).stream("lists", 0);
+        let mut num_all = [0, 0];
+        for num in [0, 5, 16, 50, 333] {
+            let wanted = rng.next_u32();
+            let wrong = |num| (0..num).fold(0, |wrong: u32, bit: u32| wrong | 1 << bit);
+            let signatures: Vec<u32> =
+                (0..num).map(|_| wanted ^ wrong(rng.random_range(1..12)).rotate_left(7)).collect();
+            let entries: Vec<Entry> = (0..num).map(|i| Entry::new(KeyframeId(i % 9), i as usize)).collect();
+            let list = Listed { signatures: &signatures, entries: &entries };
+            let is_other = |entry: &Entry| entry.keyframe().0 != 3;
+            let (mut all, mut few) = (Vec::new(), Vec::new());
+            list.find(wanted, |_| false, &mut MOST_DIFFERENT.clone(), &mut all);
+            list.find(wanted, is_other, &mut MOST_DIFFERENT.clone(), &mut few);
+            let least =
+                all.iter().filter(|(entry, _)| is_other(entry)).map(|(_, different)| *different).min();
+            num_all[0] += all.len();
+            num_all[1] += few.len();
+            for near in [&mut all, &mut few] {
+                near.retain(|(_, different)| *different <= least.unwrap_or(MOST_DIFFERENT) + LESS_ALIKE);
+            }
+            assert_eq!(all, few);
+        }
+        assert!(2 * num_all[1] < num_all[0], "{num_all:?}");
     }
 }
