@@ -119,16 +119,14 @@ fn block_strengths(image: &GrayImage, x: usize, y: usize, threshold: u8) -> Opti
     center.copy_from_slice(&image.data()[origin as usize..origin as usize + BLOCK]);
     let high = center.map(|c| c.saturating_add(threshold));
     let low = center.map(|c| c.saturating_sub(threshold));
-    // Nine in a row hold two neighbors of the four compass points.
-    let compass = [block(0), block(4), block(8), block(12)];
+    // Nine in a row hold two neighbors of the four compass points: one of each two that face each other.
+    let (top, right, bottom, left) = (block(0), block(4), block(8), block(12));
     let mut candidates = 0_u8;
     for i in 0..BLOCK {
-        let (mut brighter, mut darker) = (0_u8, 0_u8);
-        for side in &compass {
-            brighter += u8::from(side[i] > high[i]);
-            darker += u8::from(side[i] < low[i]);
-        }
-        candidates |= u8::from(brighter >= 2) | u8::from(darker >= 2);
+        let is_brighter = |side: &[u8; BLOCK]| u8::from(side[i] > high[i]);
+        let is_darker = |side: &[u8; BLOCK]| u8::from(side[i] < low[i]);
+        candidates |= (is_brighter(&top) | is_brighter(&bottom)) & (is_brighter(&left) | is_brighter(&right));
+        candidates |= (is_darker(&top) | is_darker(&bottom)) & (is_darker(&left) | is_darker(&right));
     }
     if candidates == 0 {
         return None;
