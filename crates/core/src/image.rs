@@ -64,6 +64,12 @@ impl RgbImage {
         &mut self.data
     }
 
+    /// All pixels, row by row.
+    #[inline]
+    pub fn pixels(&self) -> &[[u8; 3]] {
+        self.data.as_chunks().0
+    }
+
     /// The bytes, without a copy.
     pub fn into_raw(self) -> Vec<u8> {
         self.data
@@ -76,7 +82,9 @@ impl RgbImage {
     #[inline]
     pub fn get(&self, x: u32, y: u32) -> [u8; 3] {
         let i = (y as usize * self.width as usize + x as usize) * 3;
-        [self.data[i], self.data[i + 1], self.data[i + 2]]
+        // One check of the bounds.
+        let px = &self.data[i..i + 3];
+        [px[0], px[1], px[2]]
     }
 
     /// Sets one pixel.
@@ -130,6 +138,7 @@ mod tests {
         assert_eq!(&image.data()[15..], &[1, 2, 3]);
         assert_eq!(image.get(2, 1), [1, 2, 3]);
         assert_eq!(&image.row(1)[6..], &[1, 2, 3]);
+        assert_eq!(image.pixels()[4..], [[0; 3], [1, 2, 3]]);
     }
 
     #[test]

@@ -115,7 +115,7 @@ impl Explorers {
         let end = (done + slice).min(total);
         for i in done..end {
             let pose = self.pose(model, i, total, rng);
-            let health = model.likelihood(&pose);
+            let Some(health) = model.likelihood_above(&pose, self.to_beat()) else { continue };
             if health < self.min_health && !self.config.is_refined {
                 continue;
             }
@@ -170,9 +170,15 @@ impl Explorers {
             PlanarPose::new(center.x_m + radius * cos, center.y_m + radius * sin, center.yaw_rad)
         });
         for pose in turned.into_iter().chain(ring).filter(|pose| region.contains(pose)) {
-            let explorer = Exploiter { pose, health: model.likelihood(&pose) };
-            keep_best(&mut self.best, explorer, self.config.num_candidates);
+            let Some(health) = model.likelihood_above(&pose, self.to_beat()) else { continue };
+            keep_best(&mut self.best, Exploiter { pose, health }, self.config.num_candidates);
         }
+    }
+
+    /// The health above which an explorer is among the best.
+    fn to_beat(&self) -> f64 {
+        let is_full = self.best.len() == self.config.num_candidates;
+        self.best.last().filter(|_| is_full).map_or(f64::NEG_INFINITY, |last| last.health)
     }
 }
 

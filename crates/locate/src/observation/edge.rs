@@ -48,31 +48,23 @@ impl Eye {
         (along.z < 0.0).then(|| (self.at + along * (-self.at.z / along.z)).xy())
     }
 
-    /// Signed distance of a pixel from the image of an edge; `None` for an edge that points at the eye.
+    /// The image of an edge.
     #[inline]
-    pub fn offset(&self, ray: &Ray, edge: &Edge, focal_px: (f64, f64)) -> Option<Offset> {
+    pub fn image_of(&self, edge: &Edge, focal_px: (f64, f64)) -> EdgeImage {
         let plane = edge.along.cross(&(edge.point - self.at));
         let plane_in_camera = self.world_from_camera.tr_mul(&plane);
         let line = Vector2::new(plane_in_camera.x / focal_px.0, plane_in_camera.y / focal_px.1);
-        let scale = line.norm();
-        let is_seen = scale >= 1e-9;
-        is_seen.then(|| Offset {
-            error_px: plane.dot(&ray.in_world) / scale,
-            along: edge.along,
-            plane,
-            plane_in_camera,
-            line,
-            scale,
-        })
+        EdgeImage { along: edge.along, plane, plane_in_camera, line }
     }
 
     /// The distance with its derivative.
     pub fn residual(&self, ray: &Ray, offset: &Offset) -> Residual {
-        let (plane, in_world) = (&offset.plane, &ray.in_world);
-        let by_eye = offset.along.cross(in_world);
+        let EdgeImage { along, plane, plane_in_camera, .. } = &offset.image;
+        let in_world = &ray.in_world;
+        let by_eye = along.cross(in_world);
         let by_heading =
             by_eye.y * self.lever.x - by_eye.x * self.lever.y + plane.y * in_world.x - plane.x * in_world.y;
-        let by_tilt = ray.in_camera.cross(&offset.plane_in_camera);
+        let by_tilt = ray.in_camera.cross(plane_in_camera);
         let jacobian =
             CameraVector::from([by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z, by_eye.z])
                 / offset.scale;
@@ -89,16 +81,32 @@ pub(super) struct Ray {
     pub in_world: Vector3<f64>,
 }
 
-/// Where a pixel lies beside the image of an edge.
+/// Where an edge is in the image.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Offset {
-    /// Signed distance, pixels.
-    pub error_px: f64,
+pub(super) struct EdgeImage {
     along: Vector3<f64>,
     /// Normal of the plane through the eye and the edge.
     pub plane: Vector3<f64>,
     plane_in_camera: Vector3<f64>,
     /// Normal of the edge's image, not of unit length.
     pub line: Vector2<f64>,
+}
+
+impl EdgeImage {
+    /// Where a pixel lies beside it; `None` for an edge that points at the eye.
+    #[inline]
+    pub fn offset(self, ray: &Ray) -> Option<Offset> {
+        let scale = self.line.norm();
+        let is_seen = scale >= 1e-9;
+        is_seen.then(|| Offset { error_px: self.plane.dot(&ray.in_world) / scale, image: self, scale })
+    }
+}
+
+/// Where a pixel lies beside the image of an edge.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Offset {
+    /// Signed distance, pixels.
+    pub error_px: f64,
+    image: EdgeImage,
     scale: f64,
 }

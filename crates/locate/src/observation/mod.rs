@@ -41,6 +41,11 @@ pub trait ObservationModel: Send + Sync {
     /// Likelihood of the percept if the robot is at this pose, 0 to 1.
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64;
 
+    /// The likelihood if it is above `least`, which a model may know before it has worked it out.
+    fn likelihood_above(&self, world_from_robot: &PlanarPose, least: f64) -> Option<f64> {
+        Some(self.likelihood(world_from_robot)).filter(|likelihood| *likelihood > least)
+    }
+
     /// Natural logarithm of the likelihood. A model that multiplies over many pixels gives it directly, since its
     /// likelihood may be too small for a number.
     fn log_likelihood(&self, world_from_robot: &PlanarPose) -> f64 {

@@ -25,10 +25,13 @@ pub(crate) fn projection(camera: &Camera, robot_from_camera: &Rigid3<Robot, Came
     intrinsics * pose
 }
 
-/// Projection of points of the world, for a robot at a pose, from that of points of the robot frame.
+/// Projection of points of the world, for a robot at a pose with this sine and cosine of its heading, from that of points of the robot frame.
 #[inline]
-pub(crate) fn ideal_from_world_at(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Matrix3x4<f64> {
-    let (sin, cos) = pose.yaw_rad.sin_cos();
+pub(crate) fn ideal_from_world_at(
+    pose: &PlanarPose,
+    (sin, cos): (f64, f64),
+    ideal_from_robot: &Matrix3x4<f64>,
+) -> Matrix3x4<f64> {
     let mut ideal_from_world = *ideal_from_robot;
     for r in 0..3 {
         let (a, b) = (ideal_from_robot[(r, 0)], ideal_from_robot[(r, 1)]);

@@ -40,7 +40,7 @@ impl WorldParts {
         let model = FieldObservationModel::new(field, &config.observation)?;
         let rich = || Rich {
             config: config.refinement,
-            features: Box::new(FieldFeatureModel::new(field)),
+            features: Box::new(FieldFeatureModel::beside(field, &model)),
             pixels: Box::new(model.clone()),
         };
         let rich = (config.features == FeatureChoice::Rich).then(rich);

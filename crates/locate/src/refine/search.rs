@@ -110,8 +110,10 @@ impl PlaceSearch {
             let suggested = if rng.random_bool(0.5) { features.suggest(rng) } else { None };
             let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
             if region.contains(&pose) {
-                let likelihood = self.model.likelihood(&pose);
-                if is_worth_keeping(&self.best, likelihood, effort.num_kept) && !is_known(&pose) {
+                let least = to_beat(&self.best, effort.num_kept);
+                if let Some(likelihood) = self.model.likelihood_above(&pose, least)
+                    && !is_known(&pose)
+                {
                     let candidate = Candidate { world_from_robot: pose, tilt_rad: *tilt_rad };
                     keep(&mut self.best, candidate, likelihood, effort.num_kept);
                 }
@@ -120,9 +122,9 @@ impl PlaceSearch {
     }
 }
 
-/// Whether a pose of this likelihood is among the best `max`.
-fn is_worth_keeping(best: &[(Candidate, f64)], likelihood: f64, max: usize) -> bool {
-    best.len() < max || best.last().is_some_and(|last| last.1 < likelihood)
+/// The likelihood above which a pose is among the best `max`.
+fn to_beat(best: &[(Candidate, f64)], max: usize) -> f64 {
+    if best.len() < max { f64::NEG_INFINITY } else { best.last().map_or(f64::INFINITY, |last| last.1) }
 }
 
 /// Keeps the best `max`, one for each place.

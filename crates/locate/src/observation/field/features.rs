@@ -4,6 +4,8 @@
 //! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
 //! image of the border.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 use rand::RngExt;
 use visloc_core::{Rng, geom::PlanarPose};
@@ -11,7 +13,7 @@ use visloc_world::field::Field;
 
 use super::{
     composites::CompositePlaces,
-    model::FieldTables,
+    model::{FieldObservationModel, FieldTables},
     outline::Outline,
     suggest::{self, GroundBorder, Nets},
 };
@@ -51,7 +53,7 @@ struct Border {
 /// Matches border pixels to a field.
 #[derive(Debug, Clone)]
 pub struct FieldFeatureModel {
-    tables: FieldTables,
+    tables: Arc<FieldTables>,
     places: CompositePlaces,
     composites: FieldFeatures,
     is_point_symmetric: bool,
@@ -76,9 +78,18 @@ pub struct FieldFeatureModel {
 impl FieldFeatureModel {
     /// A model of a field; builds its tables.
     pub fn new(field: &Field) -> Self {
+        Self::with_tables(field, Arc::new(FieldTables::new(field)))
+    }
+
+    /// A model of the field of another model, which shares its tables.
+    pub fn beside(field: &Field, model: &FieldObservationModel) -> Self {
+        Self::with_tables(field, model.tables().clone())
+    }
+
+    fn with_tables(field: &Field, tables: Arc<FieldTables>) -> Self {
         let d = field.dimensions();
         Self {
-            tables: FieldTables::new(field),
+            tables,
             places: CompositePlaces::new(field),
             composites: FieldFeatures::default(),
             is_point_symmetric: field.is_point_symmetric(),
@@ -119,10 +130,10 @@ impl FieldFeatureModel {
         for index in self.tables.ground.nearest_indices(&ground) {
             for outline in self.tables.ground.both_borders(index) {
                 let Some((edge, inward)) = outline.edge_near(&ground) else { continue };
-                let Some(offset) = eye.offset(&ray, &edge, self.focal_px) else { continue };
+                let image = eye.image_of(&edge, self.focal_px);
                 // The side of the white in the image, from the plane's value a little inside of the border.
-                let is_same_side = offset.plane.xy().dot(&inward) * offset.line.dot(&border.inward) > 0.0;
-                if is_same_side {
+                let is_same_side = image.plane.xy().dot(&inward) * image.line.dot(&border.inward) > 0.0;
+                if is_same_side && let Some(offset) = image.offset(&ray) {
                     nearest.take(offset);
                 }
             }
@@ -157,7 +168,7 @@ impl FieldFeatureModel {
         let inward = Vector3::new(border.inward.x / self.focal_px.0, border.inward.y / self.focal_px.1, 0.0);
         let inside = eye.ground(&eye.ray(&(border.ray + inward)))?;
         let point = Point3::new(ground.x + STEP_M, ground.y, 0.0);
-        let step = eye.offset(ray, &Edge { point, along: Vector3::y() }, self.focal_px)?;
+        let step = eye.image_of(&Edge { point, along: Vector3::y() }, self.focal_px).offset(ray)?;
         Some(OnBar {
             side: usize::from(inside.x.abs() > ground.x.abs()),
             at: depth_m / NET_DEPTH_M,
@@ -170,7 +181,7 @@ impl FieldFeatureModel {
         let mut nearest = Nearest::within(gate_px);
         for goal in self.tables.goals.iter().filter(|goal| goal.matches(border.kind)) {
             goal.visit_edges(&eye.at, &ray.in_world, &border.inward, END_TOLERANCE_M, |point, along| {
-                if let Some(offset) = eye.offset(&ray, &Edge { point, along }, self.focal_px) {
+                if let Some(offset) = eye.image_of(&Edge { point, along }, self.focal_px).offset(&ray) {
                     nearest.take(offset);
                 }
             });

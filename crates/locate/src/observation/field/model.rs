@@ -4,6 +4,8 @@
 //! `goal.rs`), and a pixel's distance is capped at `max_distance_px`
 //! before the mean is taken, so that one wrong pixel cannot outvote all others.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
 use schemars::JsonSchema;
@@ -36,6 +38,9 @@ visloc_core::with_defaults! {
         pub max_distance_px: f64 = 50.0,
     }
 }
+
+/// So many look-ups in the table wait for the memory at once: those of all line pixels of an ordinary image.
+const LOOKUPS_AT_ONCE: usize = 12;
 
 /// A line pixel with the ground point that it shows, seen from the robot.
 #[derive(Debug, Clone, Copy)]
@@ -84,7 +89,8 @@ pub struct FieldObservationModel {
     config: FieldModelConfig,
     /// In pixels of the image.
     max_distance_px: f64,
-    tables: FieldTables,
+    /// Shared by all models of a pipeline: the less memory they look up, the more of it is in the caches.
+    tables: Arc<FieldTables>,
     lines: Vec<LinePixel>,
     goals: Vec<GoalPixel>,
     eye_in_robot: Point3<f64>,
@@ -101,7 +107,7 @@ impl FieldObservationModel {
         Ok(Self {
             config: *config,
             max_distance_px: config.max_distance_px,
-            tables: FieldTables::new(field),
+            tables: Arc::new(FieldTables::new(field)),
             lines: Vec::new(),
             goals: Vec::new(),
             eye_in_robot: Point3::origin(),
@@ -109,10 +115,49 @@ impl FieldObservationModel {
         })
     }
 
+    pub(super) fn tables(&self) -> &Arc<FieldTables> {
+        &self.tables
+    }
+
+    /// The likelihood of a pose; `None` as soon as `is_too_low` says so of what it is at most: more pixels make it no higher.
     #[inline]
-    fn line_distance_px(&self, pixel: &LinePixel, view: &View) -> f64 {
-        let point = view.world_from_robot(&pixel.ground_in_robot);
-        let [first, second] = self.tables.ground.nearest_points(&point);
+    fn likelihood_unless(
+        &self,
+        world_from_robot: &PlanarPose,
+        is_too_low: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let view = View::new(world_from_robot, &self.ideal_from_robot);
+        let at_most = |line_sum, goal_sum| {
+            combine(self.max_distance_px, (line_sum, self.lines.len()), (goal_sum, self.goals.len()))
+        };
+        let (mut line_sum, mut goal_sum) = (0.0, 0.0);
+        for pixels in self.lines.chunks(LOOKUPS_AT_ONCE) {
+            let mut nearest = [(Point2::origin(), [0; 2]); LOOKUPS_AT_ONCE];
+            for (pixel, nearest) in pixels.iter().zip(&mut nearest) {
+                let point = view.world_from_robot(&pixel.ground_in_robot);
+                *nearest = (point, self.tables.ground.nearest_indices(&point));
+            }
+            for (pixel, (point, indices)) in pixels.iter().zip(&nearest) {
+                line_sum += self.line_distance_px(pixel, &view, point, *indices);
+                if is_too_low(at_most(line_sum, goal_sum)) {
+                    return None;
+                }
+            }
+        }
+        let eye = view.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
+        let eye = Point3::new(eye.x, eye.y, self.eye_in_robot.z);
+        for pixel in &self.goals {
+            goal_sum += self.goal_distance_px(pixel, &view, &eye);
+            if is_too_low(at_most(line_sum, goal_sum)) {
+                return None;
+            }
+        }
+        Some(at_most(line_sum, goal_sum))
+    }
+
+    #[inline]
+    fn line_distance_px(&self, pixel: &LinePixel, view: &View, point: &Point2<f64>, indices: [u8; 2]) -> f64 {
+        let [first, second] = self.tables.ground.nearest_points(point, indices);
         let first = outline_distance2(pixel, view, first);
         let second = outline_distance2(pixel, view, second);
         first.min(second).sqrt().min(self.max_distance_px)
@@ -202,12 +247,12 @@ impl ObservationModel for FieldObservationModel {
     }
 
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
-        let view = View::new(world_from_robot, &self.ideal_from_robot);
-        let eye = view.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
-        let eye = Point3::new(eye.x, eye.y, self.eye_in_robot.z);
-        let line_sum: f64 = self.lines.iter().map(|pixel| self.line_distance_px(pixel, &view)).sum();
-        let goal_sum: f64 = self.goals.iter().map(|pixel| self.goal_distance_px(pixel, &view, &eye)).sum();
-        combine(self.max_distance_px, (line_sum, self.lines.len()), (goal_sum, self.goals.len()))
+        self.likelihood_unless(world_from_robot, |_| false).unwrap_or(0.0)
+    }
+
+    fn likelihood_above(&self, world_from_robot: &PlanarPose, least: f64) -> Option<f64> {
+        let likelihood = self.likelihood_unless(world_from_robot, |at_most| at_most <= least);
+        likelihood.filter(|likelihood| *likelihood > least)
     }
 
     fn region(&self) -> Region {
@@ -265,7 +310,7 @@ impl View {
     fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Self {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let (x, y) = (pose.x_m, pose.y_m);
-        Self { x, y, sin, cos, ideal_from_world: ideal_from_world_at(pose, ideal_from_robot) }
+        Self { x, y, sin, cos, ideal_from_world: ideal_from_world_at(pose, (sin, cos), ideal_from_robot) }
     }
 
     #[inline]
@@ -277,5 +322,55 @@ impl View {
     #[inline]
     fn rotate_to_world(&self, d: &Vector2<f64>) -> Vector2<f64> {
         Vector2::new(self.cos * d.x - self.sin * d.y, self.sin * d.x + self.cos * d.y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use visloc_core::{
+        RngTree,
+        geom::{Camera, nao},
+    };
+    use visloc_world::Map;
+
+    use super::*;
+    use crate::vision::FeaturePixel;
+
+    #[test]
+    fn a_likelihood_above_another_one_is_the_likelihood_itself() {
+        let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };
+        let mut model = FieldObservationModel::new(&field, &FieldModelConfig::default()).unwrap();
+        let mut rng = RngTree::new(1).stream("likelihood", 0);
+        let mut percept = Percept {
+            camera: Camera::pinhole((320, 240), (370.0, 370.0), (160.0, 120.0)).unwrap(),
+            robot_from_camera: nao::robot_from_camera(
+                &nao::Torso::upright(),
+                &nao::HeadAngles { pitch_rad: 0.2, ..nao::HeadAngles::default() },
+                nao::NaoCamera::TopV3,
+            ),
+            ..Percept::default()
+        };
+        let mut num = [0, 0];
+        // More line pixels than are looked up at once.
+        for kinds in [[20, 0], [5, 0], [0, 4], [12, 8]] {
+            percept.pixels.clear();
+            for (kind, num) in [FeatureKind::FieldLine, FeatureKind::YellowGoal].into_iter().zip(kinds) {
+                percept.pixels.extend((0..num).map(|_| {
+                    let px = Point2::new(rng.random_range(0.0..320.0), rng.random_range(0.0..240.0));
+                    FeaturePixel { px, ideal_px: px, kind }
+                }));
+            }
+            model.condition_on(&percept);
+            for _ in 0..200 {
+                let pose = model.sample(&mut rng);
+                let likelihood = model.likelihood(&pose);
+                for least in [f64::NEG_INFINITY, 0.0, 0.3, 0.6, likelihood, likelihood - 1e-12] {
+                    let above = model.likelihood_above(&pose, least);
+                    assert_eq!(above, (likelihood > least).then_some(likelihood), "{kinds:?} {least}");
+                    num[usize::from(above.is_some())] += 1;
+                }
+            }
+        }
+        assert!(num.iter().all(|num| *num > 500), "{num:?}");
     }
 }

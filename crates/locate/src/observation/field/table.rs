@@ -44,16 +44,25 @@ impl NearestTable {
         Self { outlines, cells, min, columns, rows }
     }
 
-    /// The nearest point, with the outline's direction there, on each of the two nearest marks.
+    /// The nearest point, with the outline's direction there, on each of the outlines that are nearest to a point.
     #[inline]
-    pub fn nearest_points(&self, point: &Point2<f64>) -> [(Point2<f64>, Vector2<f64>); 2] {
-        self.nearest_indices(point).map(|i| self.outlines[usize::from(i)].nearest_point(point))
+    pub fn nearest_points(
+        &self,
+        point: &Point2<f64>,
+        [first, second]: [u8; 2],
+    ) -> [(Point2<f64>, Vector2<f64>); 2] {
+        [self.outline(first).nearest_point(point), self.outline(second).nearest_point(point)]
     }
 
     /// An outline and the opposite border of the same strip.
     #[inline]
     pub fn both_borders(&self, index: u8) -> [&Outline; 2] {
-        [index, index ^ 1].map(|i| &self.outlines[usize::from(i)])
+        [self.outline(index), self.outline(index ^ 1)]
+    }
+
+    #[inline]
+    fn outline(&self, index: u8) -> &Outline {
+        &self.outlines[usize::from(index)]
     }
 
     /// The nearest outline of each of the two nearest marks.
@@ -101,6 +110,10 @@ mod tests {
     use super::*;
     use crate::observation::field::outline::ground_outlines;
 
+    fn nearest_points(table: &NearestTable, point: &Point2<f64>) -> [(Point2<f64>, Vector2<f64>); 2] {
+        table.nearest_points(point, table.nearest_indices(point))
+    }
+
     fn table() -> (Vec<Vec<Outline>>, NearestTable) {
         let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };
         let marks = ground_outlines(&field);
@@ -119,7 +132,7 @@ mod tests {
                 let outlines = marks.iter().flatten();
                 let exact =
                     outlines.map(|o| distance(o.nearest_point(&point).0)).fold(f64::INFINITY, f64::min);
-                let [first, second] = table.nearest_points(&point).map(|(nearest, _)| distance(nearest));
+                let [first, second] = nearest_points(&table, &point).map(|(nearest, _)| distance(nearest));
                 worst = worst.max(first.min(second) - exact);
             }
         }
@@ -131,7 +144,7 @@ mod tests {
     fn the_two_answers_are_on_different_marks() {
         let (_, table) = table();
         // in the corner of goal line (x = -3) and side line (y = 2), nearer to the goal line
-        let [first, second] = table.nearest_points(&Point2::new(-2.7, 1.6)).map(|(nearest, _)| nearest);
+        let [first, second] = nearest_points(&table, &Point2::new(-2.7, 1.6)).map(|(nearest, _)| nearest);
         assert!((first - Point2::new(-2.975, 1.6)).norm() < 1e-9, "{first}");
         assert!((second - Point2::new(-2.7, 1.975)).norm() < 1e-9, "{second}");
     }
@@ -139,7 +152,7 @@ mod tests {
     #[test]
     fn points_far_outside_are_answered() {
         let (_, table) = table();
-        let (nearest, _) = table.nearest_points(&Point2::new(-50.0, 0.0))[0];
+        let (nearest, _) = nearest_points(&table, &Point2::new(-50.0, 0.0))[0];
         assert!((nearest.x + 3.025).abs() < 1e-9 && nearest.y.abs() < 1e-9, "{nearest}");
     }
 }

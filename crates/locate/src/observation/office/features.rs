@@ -111,7 +111,7 @@ impl OfficeFeatureModel {
             }
         }
         let ray = eye.ray(&border.ray);
-        let offset = eye.offset(&ray, best?, self.focal_px)?;
+        let offset = eye.image_of(best?, self.focal_px).offset(&ray)?;
         Some(eye.residual(&ray, &offset))
     }
 }

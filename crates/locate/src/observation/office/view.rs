@@ -26,7 +26,8 @@ impl View {
             cos * eye_in_robot.x - sin * eye_in_robot.y,
             sin * eye_in_robot.x + cos * eye_in_robot.y,
         );
-        Self { eye: Point2::new(x, y) + eye, ideal_from_world: ideal_from_world_at(pose, ideal_from_robot) }
+        let ideal_from_world = ideal_from_world_at(pose, (sin, cos), ideal_from_robot);
+        Self { eye: Point2::new(x, y) + eye, ideal_from_world }
     }
 
     /// What the camera of a state sees, its tilt included.

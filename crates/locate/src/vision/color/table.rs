@@ -37,10 +37,13 @@ visloc_core::worded_enum! {
 const BITS: u32 = 5;
 const SHIFT: u32 = 8 - BITS;
 
+/// A class for every entry: of a known number, so that no look-up has to check its bounds.
+type Classes = [ColorClass; 1 << (3 * BITS)];
+
 /// The class of every color, 32 levels a channel. [`ColorClass::White`] is not in it: it depends on the carpet.
 #[derive(Debug, Clone)]
 pub struct ColorTable {
-    classes: Box<[ColorClass]>,
+    classes: Box<Classes>,
     /// Entries that are green whatever the carpet's own green is.
     greens: Box<[u16]>,
     carpet_tolerance: f32,
@@ -61,11 +64,14 @@ impl ColorTable {
     pub fn new(config: &ColorConfig, goals: GoalColors) -> Self {
         let is_learned = config.source == ColorSource::Learned;
         let goals = if is_learned { goals } else { GoalColors::default() };
-        let classes: Box<[_]> =
-            (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, goals, rgb_of(entry))).collect();
-        let is_green = |entry: &u16| classes[usize::from(*entry)] == ColorClass::Green;
+        let mut classes: Box<Classes> = Box::new([ColorClass::Unknown; _]);
+        let mut greens = Vec::new();
+        for (entry, class) in (0..).zip(classes.iter_mut()) {
+            *class = class_of(config, goals, rgb_of(entry));
+            greens.extend((*class == ColorClass::Green).then_some(entry));
+        }
         Self {
-            greens: (0..1_u16 << (3 * BITS)).filter(is_green).collect(),
+            greens: greens.into(),
             classes,
             carpet_tolerance: config.carpet_tolerance as f32,
             white_over_green_256: ((if is_learned {
@@ -131,10 +137,21 @@ impl ColorTable {
     /// Class of a color beside carpet of the given luma.
     #[inline]
     pub fn class_beside_carpet(&self, rgb: [u8; 3], white_threshold: u32) -> ColorClass {
-        match self.classes[entry_of(rgb)] {
-            ColorClass::Neutral | ColorClass::PaleGreen if luma(rgb) >= white_threshold => ColorClass::White,
-            ColorClass::PaleGreen => ColorClass::Green,
-            class => class,
+        self.class_beside(rgb, || white_threshold)
+    }
+
+    /// The same, of a threshold that is only asked for if the color may be white.
+    #[inline]
+    pub(crate) fn class_beside(&self, rgb: [u8; 3], white_threshold: impl FnOnce() -> u32) -> ColorClass {
+        let class = self.classes[entry_of(rgb)];
+        if !matches!(class, ColorClass::Neutral | ColorClass::PaleGreen) {
+            class
+        } else if luma(rgb) >= white_threshold() {
+            ColorClass::White
+        } else if class == ColorClass::PaleGreen {
+            ColorClass::Green
+        } else {
+            ColorClass::Neutral
         }
     }
 

@@ -78,20 +78,26 @@ fn first_carpet_row(
     let stride = blur_px(image.width());
     let min_carpet = MIN_CARPET_PX * stride;
     let (mut gap, mut green, mut end) = (0, 0, None);
-    for row in (first_row..image.height()).rev().step_by(stride as usize) {
-        let [r, g, b] = image.get(column, row);
+    // The gap after which the carpet that was found last is the end.
+    let mut most = None;
+    let (mut row, width) = (image.height(), image.width() as usize);
+    let at = |row: u32| row as usize * width + column as usize;
+    let pixels = image.pixels().get(at(first_row)..=at(row - 1)).unwrap_or_default();
+    for pixels in pixels.rchunks(stride as usize * width) {
+        let [r, g, b] = pixels[pixels.len() - 1];
         let is_green = table.class(r, g, b) == ColorClass::Green;
         green = if is_green { green + stride } else { 0 };
         gap += stride;
         if green >= min_carpet {
-            (gap, end) = (0, Some(row));
+            (gap, end, most) = (0, Some(row - 1), None);
         }
-        if let Some(end) = end
-            && gap > max_gap
-            && gap > line_px(end) + 2 * min_carpet
+        if gap > max_gap
+            && let Some(end) = end
+            && gap > *most.get_or_insert_with(|| line_px(end) + 2 * min_carpet)
         {
             break;
         }
+        row = row.saturating_sub(stride);
     }
     end
 }

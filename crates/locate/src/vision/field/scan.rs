@@ -117,37 +117,66 @@ pub(super) fn scan_line(
         return;
     }
     let width = image.width() as usize;
-    let (x, y) = line.pixel(line.from);
-    let first = (y as usize * width + x as usize) * 3;
+    let at = |position: u32| {
+        let (x, y) = line.pixel(position);
+        y as usize * width + x as usize
+    };
     // One pixel of those that blur into one suffices.
     let stride_px = blur_px(image.width());
-    let stride = stride_px as usize * if line.direction == Direction::Horizontal { 3 } else { width * 3 };
-    // The carpet's brightness and its mean deviation in 1/16, followed along the line: white is judged against the carpet nearby.
-    let mut green_luma_16 = carpet_luma * 16;
-    let mut deviation_16 = carpet_luma * 16 / TYPICAL_ROUGHNESS;
-    let mut threshold = table.white_threshold(carpet_luma);
-    let mut run: Option<Run> = None;
-    let pixels = image.data()[first..].chunks(stride);
-    for (position, pixel) in (line.from..line.to).step_by(stride_px as usize).zip(pixels) {
-        let end = (position + stride_px).min(line.to);
-        let rgb = [pixel[0], pixel[1], pixel[2]];
-        let class = table.class_beside_carpet(rgb, threshold);
+    let stride = stride_px as usize * if line.direction == Direction::Horizontal { 1 } else { width };
+    let mut carpet = NearbyCarpet::new(table, carpet_luma);
+    let mut open = None;
+    let mut position = line.from;
+    for pixels in image.pixels()[at(line.from)..=at(line.to - 1)].chunks(stride) {
+        let class = carpet.class(pixels[0]);
+        if open != Some(class) {
+            open = Some(class);
+            if let Some(last) = runs.last_mut() {
+                last.end = position;
+            }
+            let (green_luma, white_luma) = (carpet.luma_16 / 16, carpet.white_threshold());
+            runs.push(Run { class, start: position, end: line.to, green_luma, white_luma });
+        }
+        position += stride_px;
+    }
+}
+
+/// The carpet as it is followed along a line: white is judged against the carpet nearby.
+struct NearbyCarpet<'a> {
+    table: &'a ColorTable,
+    /// Brightness and its mean deviation, in 1/16.
+    luma_16: u32,
+    deviation_16: u32,
+    /// Brightness that is white; not known while more carpet has been passed than it was made of.
+    white_threshold: Option<u32>,
+}
+
+impl<'a> NearbyCarpet<'a> {
+    fn new(table: &'a ColorTable, luma: u32) -> Self {
+        let (luma_16, deviation_16) = (luma * 16, luma * 16 / TYPICAL_ROUGHNESS);
+        Self { table, luma_16, deviation_16, white_threshold: Some(table.white_threshold(luma)) }
+    }
+
+    /// Class of the next color on the way.
+    #[inline]
+    fn class(&mut self, rgb: [u8; 3]) -> ColorClass {
+        let class = self.table.class_beside(rgb, || self.white_threshold());
         if class == ColorClass::Green {
             let luma_16 = luma(rgb) * 16;
-            deviation_16 = deviation_16 - deviation_16 / 16 + luma_16.abs_diff(green_luma_16) / 16;
-            green_luma_16 = green_luma_16 - green_luma_16 / 8 + luma_16 / 8;
-            threshold = table.white_threshold_beside(green_luma_16 / 16, deviation_16);
+            self.deviation_16 =
+                self.deviation_16 - self.deviation_16 / 16 + luma_16.abs_diff(self.luma_16) / 16;
+            self.luma_16 = self.luma_16 - self.luma_16 / 8 + luma_16 / 8;
+            self.white_threshold = None;
         }
-        match &mut run {
-            Some(open) if open.class == class => open.end = end,
-            _ => {
-                runs.extend(run.take());
-                let (green_luma, white_luma) = (green_luma_16 / 16, threshold);
-                run = Some(Run { class, start: position, end, green_luma, white_luma });
-            }
-        }
+        class
     }
-    runs.extend(run);
+
+    /// Worked out only when it is asked for: most carpet is followed by carpet.
+    #[inline]
+    fn white_threshold(&mut self) -> u32 {
+        let (table, luma, deviation_16) = (self.table, self.luma_16 / 16, self.deviation_16);
+        *self.white_threshold.get_or_insert_with(|| table.white_threshold_beside(luma, deviation_16))
+    }
 }
 
 #[cfg(test)]

@@ -95,11 +95,17 @@ impl CircleFinder {
 
     /// The middle of the four cells with most votes together, which are then emptied.
     fn take_best(&mut self) -> Option<Point2<f64>> {
-        let votes = &self.votes;
-        let sum = |i: usize| votes[i] + votes[i + 1] + votes[i + CELLS] + votes[i + CELLS + 1];
-        let corners = (0..CELLS - 1).flat_map(|row| (0..CELLS - 1).map(move |column| row * CELLS + column));
-        let (best, count) =
-            corners.map(|i| (i, sum(i))).fold((0, 0), |best, next| if next.1 > best.1 { next } else { best });
+        let (mut best, mut count) = (0, 0);
+        let rows = self.votes.as_chunks::<CELLS>().0;
+        for (row, both) in rows.windows(2).enumerate() {
+            let columns: [u16; CELLS] = std::array::from_fn(|column| both[0][column] + both[1][column]);
+            let sums: [u16; CELLS - 1] = std::array::from_fn(|column| columns[column] + columns[column + 1]);
+            let most = sums.iter().fold(0, |most, sum| most.max(*sum));
+            if most > count {
+                let column = sums.iter().position(|sum| *sum == most).unwrap_or(0);
+                (best, count) = (row * CELLS + column, most);
+            }
+        }
         if count < MIN_VOTES {
             return None;
         }

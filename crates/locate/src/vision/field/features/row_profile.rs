@@ -28,25 +28,32 @@ impl RowProfile {
         if !(0.0..=last as f64).contains(&middle.x) {
             return false;
         }
+        let Some(luma) = view.lumas_around(middle.y) else { return false };
         let mut sum = 0.0;
-        for x in from..=to {
-            let Some(luma) = view.luma_in_column(x.clamp(0, last), middle.y) else { return false };
-            sum += luma;
-            self.sums.push(sum);
-        }
+        self.sums.extend((from..to + 1).map(|x| {
+            sum += luma(x.clamp(0, last) as usize);
+            sum
+        }));
         true
     }
 
     /// Mean brightness of some columns.
     pub fn mean(&self, from: i64, num: i64) -> f64 {
-        let last = self.sums.len() as i64 - 1;
-        let at = |x: i64| self.sums[(x - self.first).clamp(0, last) as usize];
-        (at(from + num) - at(from)) / num as f64
+        (self.sum_before(from + num) - self.sum_before(from)) / num as f64
     }
 
     /// By how much it is brighter from a column on than before it, so many columns each.
+    #[inline]
     fn change(&self, x: i64, num: i64) -> f64 {
-        self.mean(x, num) - self.mean(x - num, num)
+        let here = self.sum_before(x);
+        (self.sum_before(x + num) - here) / num as f64 - (here - self.sum_before(x - num)) / num as f64
+    }
+
+    /// Sum of all columns before one.
+    #[inline]
+    fn sum_before(&self, x: i64) -> f64 {
+        let last = self.sums.len() as i64 - 1;
+        self.sums[(x - self.first).clamp(0, last) as usize]
     }
 
     /// Whether the brightness nowhere changes by so much from one column to another.

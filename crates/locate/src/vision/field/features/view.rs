@@ -147,12 +147,13 @@ impl<'a> GroundView<'a> {
         self.raw_px(&ideal.into())
     }
 
-    /// Mean brightness of three pixels above each other; `None` outside of the image.
-    pub fn luma_in_column(&self, column: i64, row: f64) -> Option<f64> {
-        let x = u32::try_from(column).ok().filter(|x| *x < self.image.width())?;
-        let y = (row > 0.5 && row < f64::from(self.image.height()) - 1.5).then_some((row + 0.5) as u32)?;
-        let sum: u32 = (y - 1..=y + 1).map(|y| luma(self.image.get(x, y))).sum();
-        Some(f64::from(sum) / 3.0)
+    /// Mean brightness of the pixel in a column of a row with that above and below it; `None` if those rows are outside of the image.
+    pub fn lumas_around(&self, row: f64) -> Option<impl Fn(usize) -> f64> {
+        let y = (row > 0.5 && row < f64::from(self.image.height()) - 1.5).then_some((row + 0.5) as usize)?;
+        let width = self.image.width() as usize;
+        let of_row = |y: usize| &self.image.pixels()[y * width..][..width];
+        let [above, here, below] = [of_row(y - 1), of_row(y), of_row(y + 1)];
+        Some(move |x| f64::from(luma(above[x]) + luma(here[x]) + luma(below[x])) / 3.0)
     }
 
     /// What is seen at a place of the ground: white also if it is white a pixel beside it in this direction.
