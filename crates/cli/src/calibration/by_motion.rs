@@ -70,8 +70,9 @@ pub fn calibrate_by_motion(args: &CalibrateArgs) -> Result<()> {
     let mut taken = Taken::default();
     let damage =
         each_image(&args.source, &args.options, TAKING, &mut |image| taken.take(image.origin(), image))?;
+    let is_live = SourceAddress::parse(&args.source).is_ok_and(|address| address.kind().is_live);
     let done = taken
-        .find()
+        .find(is_live)
         .with_context(|| args.source.clone())
         .and_then(|found| finish(args, &found, taken.calibrator.num_images()));
     end(done, damage)
@@ -94,7 +95,7 @@ pub fn open_images_or_find_camera(source: &str, options: &SourceOptions) -> Resu
     pictures.honored_elsewhere.push(SourceOption::Scale);
     let mut taken = Taken::default();
     each_in_stream(source, &pictures, TAKING, &mut |image| taken.take(image.origin(), image))?;
-    let found = taken.find().with_context(|| lacking.to_string())?;
+    let found = taken.find(false).with_context(|| lacking.to_string())?;
     print(&found, taken.calibrator.num_images());
     say::note!(
         "visloc calibrate {source} --out camera.toml keeps this camera, and --camera camera.toml spares the time"
@@ -121,11 +122,17 @@ impl Taken {
         self.calibrator.add(at, image.into_pixels()?).context(origin)
     }
 
-    fn find(&self) -> Result<SelfCalibration> {
+    /// The first signal ends it, unless it is the one that has ended a live source.
+    fn find(&self, is_live: bool) -> Result<SelfCalibration> {
         let progress = Progress::new(None);
+        let is_of_ended = is_live && host().is_stopped();
         let goes_on = || {
             progress.advance();
-            !host().was_interrupted()
+            let goes_on = is_of_ended || !host().is_stopped();
+            if !goes_on {
+                host().note_interruption();
+            }
+            goes_on
         };
         let found = self.calibrator.calibrate(&SlamConfig::default(), SEED, goes_on);
         progress.clear();

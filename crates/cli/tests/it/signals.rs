@@ -290,6 +290,28 @@ fn a_source_that_stalls_is_ended_by_the_first_signal() {
     }
 }
 
+/// There is no half of a camera that is found from its own motion.
+#[test]
+fn finding_a_camera_from_its_motion_is_ended_by_the_first_signal() {
+    let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip/rgb");
+    let commands: [&[&str]; 2] =
+        [&["calibrate", images, "--out", "c.toml"], &["slam", images, "--save", "c.toml"]];
+    for (args, signal) in commands.iter().zip(["-INT", "-TERM"]) {
+        let workspace = Workspace::new();
+        let stderr = fs::File::create(workspace.path("stderr")).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+        let mut child = command.args(*args).current_dir(workspace.path(".")).stderr(stderr).spawn().unwrap();
+        wait_until("begun", || workspace.read("stderr").contains("from its own motion"));
+        // All images have been read by then.
+        std::thread::sleep(Duration::from_millis(300));
+        send(signal, &child);
+        assert_eq!(end_of(&mut child, args[0]).code(), Some(130), "{args:?}");
+        let said = workspace.read("stderr");
+        assert!(said.contains("interrupted"), "{args:?}: {said}");
+        assert!(!workspace.path("c.toml").exists(), "{args:?}");
+    }
+}
+
 /// A program in place of ffmpeg, which runs in the folder of the pictures, hands on one every half second; a camera needs three.
 #[test]
 fn a_live_calibration_that_is_ended_is_that_of_the_pictures_until_then() {
