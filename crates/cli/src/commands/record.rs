@@ -5,7 +5,9 @@ use visloc_core::{Source, SourceError, SourceFrame, geom::Camera};
 use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::{SequenceRange, fit_calibration},
-    sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures},
+    sources::{
+        OpenPictures, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures,
+    },
 };
 
 use super::convert;
@@ -28,16 +30,17 @@ struct Recorded {
 
 /// Runs the command.
 pub fn execute(args: &RecordArgs) -> Result<()> {
-    if is_copied(args)? {
-        let range = SequenceRange { most: args.frames.map(|frames| frames as usize), ..args.range.range() };
-        return convert::execute(&args.source, range, &args.out);
-    }
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),
         range: args.range.range(),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    if is_copied(args)? {
+        refuse_for_copy(args, &options)?;
+        let range = SequenceRange { most: args.frames.map(|frames| frames as usize), ..options.range };
+        return convert::execute(&args.source, range, &args.out);
+    }
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     let topics = options.topics.names();
     prepare(&args.source)?;
@@ -85,6 +88,17 @@ fn is_copied(args: &RecordArgs) -> Result<bool> {
         || urdf.is_some()
         || args.topics != TopicArgs::default();
     Ok(is_bag && !is_changed)
+}
+
+/// Refuses what a copy of all messages has no use for.
+fn refuse_for_copy(args: &RecordArgs, options: &SourceOptions) -> Result<()> {
+    let is_honored = |option: &SourceOption| matches!(option, SourceOption::Start | SourceOption::End);
+    match options.given().find(|option| !is_honored(option)) {
+        Some(option) => {
+            bail!("{}: {} (ROS bag): {}", option.flag(), args.source, option.reason(Purpose::Pictures))
+        }
+        None => Ok(()),
+    }
 }
 
 fn warn(warnings: &[String]) {

@@ -6,6 +6,7 @@ use visloc_core::{RgbImage, Source};
 use visloc_io::{
     bag::{BagMessages, BagPictures, BagReader, BagTopics},
     image_codec::{read_image, save_png},
+    sources::SourceOption,
 };
 
 use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
@@ -39,6 +40,61 @@ fn mistakes_name_the_nearest() {
     workspace.write("clip.mp4", "");
     let error = workspace.refused(&["slam", "clip.mp4", "--ffmpeg", "./no-such-program"]);
     assert!(error.contains("cannot be started") && error.contains("--ffmpeg PATH"), "{error}");
+}
+
+/// A copy of a bag goes another way than all other recordings, on which the library tries every option.
+#[test]
+fn every_option_changes_the_copy_of_a_bag_or_is_refused() {
+    let workspace = Workspace::new();
+    workspace.write(
+        "camera.toml",
+        "model = \"pinhole\"\nsize_px = [320, 240]\nfocal_px = [300, 300]\ncenter_px = [160, 120]\n",
+    );
+    let bag = excerpt_text("R1");
+    workspace.must(&["record", &bag, "--out", "whole.mcap"]);
+    let whole = fs::read(workspace.path("whole.mcap")).unwrap();
+    let help = workspace.must(&["record", "--help"]).stdout;
+    let mut num_tried = 0;
+    for option in SourceOption::ALL {
+        let value = match option {
+            SourceOption::Camera => "camera.toml",
+            SourceOption::Urdf | SourceOption::Topics => "nothing.xml",
+            SourceOption::ImageTopic => "/camera/image/compressed",
+            SourceOption::CameraInfoTopic => "/camera/camera_info",
+            SourceOption::OdometryTopic => "/odom",
+            SourceOption::TruthTopic => "/ground_truth/pose",
+            SourceOption::BaseFrame | SourceOption::CameraFrame => "nowhere",
+            SourceOption::Mount => "0.4",
+            SourceOption::ImageQos => "reliable",
+            SourceOption::Ffmpeg => "./no-such-program",
+            _ => "7",
+        };
+        if !help.contains(&format!("{} ", option.flag())) {
+            continue;
+        }
+        num_tried += 1;
+        let out = format!("{num_tried}.mcap");
+        let run = workspace.visloc(&["record", &bag, "--out", &out, option.flag(), value]);
+        let is_changed = fs::read(workspace.path(&out)).is_ok_and(|copy| copy != whole);
+        let is_named = run.stderr.contains(option.flag()) || run.stderr.contains(value);
+        assert!(if run.code == 0 { is_changed } else { is_named }, "{}: {}", option.flag(), run.stderr);
+    }
+    assert!(num_tried > 15, "{num_tried}");
+}
+
+/// Without what makes a robot of them the images would be those of any camera.
+#[test]
+fn names_that_a_robot_lacks_are_refused_by_slam() {
+    let workspace = Workspace::new();
+    for (option, name) in [
+        ("--odometry-topic", "/odm"),
+        ("--truth-topic", "/nothing"),
+        ("--base-frame", "base_footprnt"),
+        ("--camera-frame", "nothing"),
+    ] {
+        let error = workspace.refused(&["slam", &excerpt_text("R1"), option, name]);
+        assert!(error.contains(&format!("'{name}'")), "{error}");
+    }
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub(super) fn choose_topics(available: &[TopicInfo], topics: &BagTopics) -> BagT
         if let Some(topic) = only(role) {
             *name = topic;
         } else if *name == BagTopics::default().name(role)
-            && available.iter().any(|info| info.topic == *name && !fits(info, role))
+            && available.iter().any(|info| info.topic == *name && !info.fits(role))
         {
             // Something else happens to have the usual name.
             name.clear();
@@ -74,15 +74,9 @@ fn candidates<'a>(available: &'a [TopicInfo], topics: &BagTopics, role: TopicRol
     if name != BagTopics::default().name(role) || available.iter().any(|info| info.topic == name) {
         return Vec::new();
     }
-    let all: Vec<_> = available.iter().filter(|info| fits(info, role)).collect();
+    let all: Vec<_> = available.iter().filter(|info| info.fits(role)).collect();
     let used: Vec<_> = all.iter().copied().filter(|info| info.num_messages > 0).collect();
     if used.is_empty() { all } else { used }
-}
-
-/// Whether a topic can be of a role. Many things are texts: a robot's description is one that is called so.
-fn fits(info: &TopicInfo, role: TopicRole) -> bool {
-    let is_called = role != TopicRole::RobotDescription || info.topic.ends_with("/robot_description");
-    role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr" && is_called
 }
 
 /// The one that is nearest above the images: `/eye/camera_info` for `/eye/image_raw/compressed`.

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::Path};
 use crate::bag::{
     BagError, BagTopics, GivenInputs, TopicRole,
     container::{UNREADABLE_ROS1, topics_of_file},
-    files::BagFiles,
+    files::{BagFiles, bag_files},
 };
 
 /// A topic of a recording.
@@ -19,6 +19,19 @@ pub struct TopicInfo {
     pub message_encoding: String,
     /// How many messages there are.
     pub num_messages: u64,
+}
+
+impl TopicInfo {
+    /// Whether it can be of a role. Many things are texts: a description of a robot is one that is called so.
+    pub(crate) fn fits(&self, role: TopicRole) -> bool {
+        let is_called = role != TopicRole::RobotDescription || self.topic.ends_with("/robot_description");
+        role.type_names().contains(&self.type_name.as_str()) && self.message_encoding == "cdr" && is_called
+    }
+}
+
+/// The topics of a recording, sorted by name.
+pub(crate) fn recorded_topics(path: &str) -> Result<Vec<TopicInfo>, BagError> {
+    topics_of_files(&bag_files(Path::new(path))?)
 }
 
 /// The topics of all files together, sorted by name.

@@ -38,6 +38,7 @@ pub use error::BagError;
 pub(crate) use files::files_without_metadata;
 pub use given::GivenInputs;
 pub use index::TopicInfo;
+pub(crate) use index::recorded_topics;
 pub use pictures::BagPictures;
 pub use reader::BagReader;
 pub use results::{

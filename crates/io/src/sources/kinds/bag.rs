@@ -9,7 +9,9 @@ use visloc_core::{Source, SourceFrame, files, geom::Camera as CameraModel};
 
 use super::{SourceKind, Way, always_usable, has_extension, video::is_video};
 use crate::{
-    bag::{BagPictures, BagReader, BagTopics, GivenInputs, TopicRole, files_without_metadata},
+    bag::{
+        BagPictures, BagReader, BagTopics, GivenInputs, TopicRole, files_without_metadata, recorded_topics,
+    },
     sequence::{Calibration, fit_calibration, is_image, read_calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures, SourceOption,
@@ -53,6 +55,16 @@ pub(super) const KIND: SourceKind = SourceKind {
         open: |request| pictures_in_range(request, pictures(request)?),
     },
 };
+
+/// What is of use for a robot with odometry only.
+const OF_ROBOT: [SourceOption; 6] = [
+    SourceOption::Mount,
+    SourceOption::Urdf,
+    SourceOption::OdometryTopic,
+    SourceOption::TruthTopic,
+    SourceOption::BaseFrame,
+    SourceOption::CameraFrame,
+];
 
 fn claims(path: &Path) -> bool {
     if path.is_file() {
@@ -104,6 +116,14 @@ fn reader(request: &Request<'_>, warnings: &mut Vec<String>) -> Result<BagReader
     };
     let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
     warnings.extend(chosen(request, bag.topics()));
+    let has =
+        |name: &str| bag.available_topics().iter().any(|topic| topic.topic == name && topic.num_messages > 0);
+    if request.options.urdf.is_some() && has(&bag.topics().tf) && !has(&bag.topics().joint_states) {
+        warnings.push(
+            "--urdf: transforms come and no positions of joints, so the description tells fixed frames only, and of these what no transform tells"
+                .to_owned(),
+        );
+    }
     Ok(bag)
 }
 
@@ -127,32 +147,41 @@ fn given_camera(
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
-    // A file that cannot be read is told here: below, whatever stands in the way of a robot only means that there is none.
+    // A file that cannot be read is told here: what stands in the way of a robot that nobody asked for only means that there is none.
     given_robot(request)?;
-    if let Some((CameraFrames { camera, frames }, warnings)) = robot(request) {
-        let calibration = (Calibration::of(&camera), request.address.rest().into());
-        return images_of_gray(request, gray_of_frames(frames), Some(calibration), warnings);
-    }
-    let of_robot = [
-        (SourceOption::Mount, request.options.mount.is_some()),
-        (SourceOption::Urdf, request.options.urdf.is_some()),
-    ];
-    if let Some((option, _)) = of_robot.into_iter().find(|(_, is_given)| *is_given) {
-        return request.cannot(format!(
-            "{} and the like: expected odometry and a camera whose place on the robot matters, found no odometry",
-            option.flag()
-        ));
-    }
-    images_of_pictures(request, pictures(request)?)
+    let asked = request.options.given().find(|option| OF_ROBOT.contains(option));
+    let note = match (robot(request), asked) {
+        (Ok(Some((CameraFrames { camera, frames }, warnings))), _) => {
+            let calibration = (Calibration::of(&camera), request.address.rest().into());
+            return images_of_gray(request, gray_of_frames(frames), Some(calibration), warnings);
+        }
+        (Ok(None), Some(option)) => {
+            return request.cannot(format!(
+                "{} and the like: expected odometry and a camera whose place on the robot matters, found no odometry",
+                option.flag()
+            ));
+        }
+        (Err(error), Some(_)) => return Err(error),
+        (Ok(None), None) => None,
+        (Err(error), None) => Some(format!("its odometry is not used: {error}")),
+    };
+    let pictures = pictures(request)?;
+    let mut open = images_of_pictures(request, pictures)?;
+    open.warnings.extend(note);
+    Ok(open)
 }
 
-/// The camera of a robot with odometry, and its frames. `None` if the recording has no such robot: its images are those of any camera.
-fn robot(request: &Request<'_>) -> Option<(CameraFrames, Vec<String>)> {
+/// The camera of a robot with odometry, and its frames. `None` if the recording has no odometry: its images are those of any camera.
+fn robot(request: &Request<'_>) -> Result<Option<(CameraFrames, Vec<String>)>, SourcesError> {
+    let has_odometry =
+        recorded_topics(request.address.rest())?.iter().any(|topic| topic.fits(TopicRole::Odometry));
+    if !has_odometry || request.topics().odometry.is_empty() {
+        return Ok(None);
+    }
     let mut warnings = Vec::new();
-    let bag = reader(request, &mut warnings).ok()?;
-    let has_odometry = bag.available_topics().iter().any(|topic| topic.topic == bag.topics().odometry);
-    let frames = CameraFrames::new(Box::new(bag)).filter(|_| has_odometry)?.ok()?;
-    Some((frames, warnings))
+    let bag = reader(request, &mut warnings)?;
+    let frames = CameraFrames::new(Box::new(bag)).transpose()?;
+    Ok(frames.map(|frames| (frames, warnings)))
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
