@@ -4,12 +4,13 @@
 //! Source: `nav2_map_server`, documentation of the map's YAML file and the modes `trinary`, `scale` and `raw`.
 
 use std::{
+    collections::BTreeMap,
     io::{self, Cursor},
     path::Path,
 };
 
 use image::{DynamicImage, GenericImageView, ImageFormat, ImageReader, Limits};
-use serde::Deserialize;
+use serde::{Deserialize, de::IgnoredAny};
 use visloc_core::files;
 
 use super::{
@@ -39,6 +40,9 @@ struct Grid {
     #[serde(default = "default_free_thresh")]
     free_thresh: f64,
 }
+
+/// Its keys. `serde` would lose the lines of errors if it gathered the others.
+const KEYS: [&str; 7] = ["image", "mode", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"];
 
 /// How the values of the picture are meant.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
@@ -115,6 +119,8 @@ pub(crate) fn read_grid(
         return Err(refused("resolution", "meters a cell, of a building of at least 1 m", found));
     }
     let mut notes = Notes::default();
+    let keys: BTreeMap<String, IgnoredAny> = serde_saphyr::from_str(text).unwrap_or_default();
+    notes.unknown_keys(keys.keys().filter(|key| !KEYS.contains(&key.as_str())), "an occupancy grid");
     let cells = grid.cells(&picture, &mut notes);
     let mut plan = OfficePlan::named(title);
     plan.corridors = outlines(&cells, grid.resolution, &mut notes).map_err(not_read)?;

@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, de::IgnoredAny};
 
-use super::{
-    Import,
-    notes::{Notes, Part},
-    yaml_error,
-};
+use super::{Import, notes::Notes, yaml_error};
 use crate::{
     MapError,
     office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides, check::MAX_WALLS},
@@ -37,10 +33,14 @@ struct ListDoor {
     color: Option<String>,
     #[serde(default)]
     open: bool,
+    #[serde(flatten)]
+    others: BTreeMap<String, IgnoredAny>,
 }
 
 /// Walls whose ends are nearer than this are joined, meters.
 const JOINED_M: f64 = 0.01;
+/// Keys of a door that its two points say, too.
+const SPARE_KEYS: [&str; 2] = ["wall", "width"];
 /// Keys of another file that are told.
 const MAX_KEYS_SHOWN: usize = 8;
 
@@ -77,7 +77,10 @@ pub(crate) fn read_list(name: &str, title: &str, text: &str) -> Result<Import, M
         ..empty
     };
     (plan.corridors, plan.walls) = rings(&walls);
+    let mut notes = Notes::default();
+    notes.unknown_keys(list.others.keys(), "a list of walls");
     for (i, door) in list.doors.into_iter().enumerate() {
+        notes.unknown_keys(door.others.keys().filter(|key| !SPARE_KEYS.contains(&key.as_str())), "a door");
         plan.doors.push(DoorPlan {
             from: [door.x1, door.y1],
             to: [door.x2, door.y2],
@@ -85,13 +88,6 @@ pub(crate) fn read_list(name: &str, title: &str, text: &str) -> Result<Import, M
             color: color(&format!("doors[{i}].color"), door.color, SurfaceColor::RED)?,
             is_open: door.open,
         });
-    }
-    let mut notes = Notes::default();
-    for key in list.others.keys() {
-        notes.passed_over(
-            &Part { what: format!("key {key:?}"), ..Part::default() },
-            "not a part of a list of walls",
-        );
     }
     Ok(Import { plan, notes: notes.into_vec() })
 }

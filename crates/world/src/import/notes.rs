@@ -70,6 +70,14 @@ impl Notes {
         self.add(true, part, reason);
     }
 
+    /// Keys of a file, or of a part of it, that have no meaning there.
+    pub fn unknown_keys<'a>(&mut self, keys: impl IntoIterator<Item = &'a String>, of: &str) {
+        for key in keys {
+            let part = Part { what: format!("key {key:?}"), ..Part::default() };
+            self.passed_over(&part, &format!("not a part of {of}"));
+        }
+    }
+
     fn add(&mut self, is_taken: bool, part: &Part, reason: &str) {
         let key = (is_taken, part.what.clone(), part.layer.clone(), reason.to_owned());
         self.0.entry(key).or_insert((0, part.line)).0 += 1;

@@ -3,7 +3,7 @@ use std::{fs, path::PathBuf};
 use rand::RngExt as _;
 use visloc_core::{Rng, RngTree};
 
-use super::{Import, read_dxf, read_svg};
+use super::{Import, ImportNote, grid, list, read_dxf, read_svg};
 use crate::{
     Map,
     office::{Office, SurfaceColor},
@@ -245,6 +245,21 @@ fn errors_of_a_grid_name_key_and_picture() {
     let no_resolution = error(&GRID.replace("resolution: 0.05\n", ""));
     assert!(no_resolution.contains("missing field `resolution`"), "{no_resolution}");
     assert!(!no_resolution.contains("column"), "the place is told once: {no_resolution}");
+}
+
+/// A key that is misspelled would be the default without a word.
+#[test]
+fn keys_without_a_meaning_are_told() {
+    let told = |notes: &[ImportNote]| notes.iter().map(|note| note.what.clone()).collect::<Vec<_>>();
+    let misspelled = GRID.replace("free_thresh", "free_tresh") + "MODE: raw\n";
+    let picture = |_: &str| Ok(l_shaped());
+    let import = grid::read_grid("g.yaml", "g", &misspelled, picture).unwrap();
+    assert_eq!(told(&import.notes), ["key \"MODE\"", "key \"free_tresh\""]);
+    assert_eq!(grid::read_grid("g.yaml", "g", GRID, picture).unwrap().notes, []);
+    let doors = "walls: [[0, 0, 4, 0], [4, 0, 4, 3], [4, 3, 0, 3], [0, 3, 0, 0]]\n\
+                 doors: [{x1: 1, y1: 0, x2: 1.9, y2: 0, hieght: 1.5}, {x1: 2, y1: 3, x2: 1, y2: 3, height: 2}]\n";
+    let import = list::read_list("l.yaml", "l", doors).unwrap();
+    assert_eq!(told(&import.notes), ["key \"hieght\""]);
 }
 
 /// A room whose mapping looked through its windows: strips of free cells in every direction, as narrow as one cell, each with an occupied
