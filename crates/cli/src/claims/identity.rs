@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use visloc_core::files;
+
 /// Most files of a folder that are looked at.
 const MAX_FILES: usize = 100_000;
 
@@ -120,10 +122,11 @@ fn entries(folder: &Path) -> impl Iterator<Item = fs::DirEntry> {
 
 /// Without links, as far as the path exists. Folders that are missing will be made, and are no links then: `missing/..` leads back.
 fn canonical(path: &Path) -> PathBuf {
-    if let Ok(path) = fs::canonicalize(path) {
+    let path = files::target_of(path);
+    if let Ok(path) = fs::canonicalize(&path) {
         return path;
     }
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let absolute = std::path::absolute(&path).unwrap_or(path);
     match (absolute.parent(), absolute.file_name()) {
         (Some(folder), Some(name)) => canonical(folder).join(name),
         (Some(folder), None) => canonical(folder).parent().map(Path::to_path_buf).unwrap_or(absolute),

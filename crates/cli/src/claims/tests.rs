@@ -238,6 +238,13 @@ fn outputs_keep_apart_and_folders_may_be_shared() {
     assert!(error.contains("--json") && error.contains("--trajectory"), "{error}");
     let by_nothing = ["--json", &path("a"), "--trajectory", &path("nothing/../a")];
     assert!(localize(&by_nothing).is_err());
+    #[cfg(unix)]
+    {
+        // Nothing is there yet for the link to lead to.
+        std::os::unix::fs::symlink(path("a"), path("link")).unwrap();
+        assert!(localize(&["--json", &path("a"), "--trajectory", &path("link")]).is_err());
+        fs::remove_file(path("link")).unwrap();
+    }
     let error = localize(&["--trajectory", &path("a"), "--json", &path("a~")]).unwrap_err().to_string();
     assert!(error.contains("--json") && error.contains("kept under that name"), "{error}");
     localize(&["--plots", &path("out"), "--json", &path("out/numbers.json")]).unwrap();

@@ -7,6 +7,8 @@
 #[cfg(feature = "files")]
 mod names;
 #[cfg(feature = "files")]
+mod room;
+#[cfg(feature = "files")]
 mod write;
 
 use std::{
@@ -16,7 +18,9 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use names::{is_name_of_folder, kept_path, part_path};
+pub use names::{is_name_of_folder, kept_path, part_path, target_of};
+#[cfg(feature = "files")]
+pub use room::GrowingFile;
 #[cfg(feature = "files")]
 pub use write::{NewFile, create_alone, replace, try_file, try_folder, write};
 

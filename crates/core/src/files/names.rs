@@ -27,7 +27,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// Where a path leads through links, the last of which may lead to a file that is not there yet.
-pub(super) fn target_of(path: &Path) -> PathBuf {
+pub fn target_of(path: &Path) -> PathBuf {
     let mut target = path.to_path_buf();
     for _ in 0..MAX_LINKS {
         if let Ok(found) = fs::canonicalize(&target) {

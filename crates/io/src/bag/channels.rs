@@ -1,16 +1,13 @@
 //! A recording that is being written: topics and their messages.
 
-use std::{
-    collections::BTreeMap,
-    fs::{self, File},
-    io::BufWriter,
-    path::PathBuf,
-    sync::Arc,
-};
+use std::{collections::BTreeMap, fs, io::BufWriter, path::PathBuf, sync::Arc};
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
-use visloc_core::{Timestamp, files::create_alone};
+use visloc_core::{
+    Timestamp,
+    files::{GrowingFile, create_alone},
+};
 
 use crate::bag::{BagError, BagMessage, Channel, TopicInfo, messages::to_cdr, schemas};
 
@@ -24,7 +21,7 @@ const PART_BYTES: usize = 1 << 20;
 pub(super) struct ChannelWriter {
     path: PathBuf,
     options: WriteOptions,
-    writer: Option<Writer<BufWriter<File>>>,
+    writer: Option<Writer<BufWriter<GrowingFile>>>,
     channels: Vec<(u16, TopicInfo)>,
     /// Channels of messages that are copied, by where they stand in memory.
     copied: BTreeMap<usize, (u16, Arc<Channel>)>,
@@ -58,14 +55,14 @@ impl ChannelWriter {
     }
 
     /// The file, made now if it is not there yet.
-    fn writer(&mut self) -> Result<&mut Writer<BufWriter<File>>, BagError> {
+    fn writer(&mut self) -> Result<&mut Writer<BufWriter<GrowingFile>>, BagError> {
         if self.writer.is_none() {
             let path = &self.path;
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| create_alone(path));
             let file =
                 file.map_err(|source| BagError::Io { path: path.clone(), action: "create it", source })?;
-            let writer = self.options.clone().create(BufWriter::new(file));
+            let writer = self.options.clone().create(BufWriter::new(GrowingFile::new(file)));
             self.writer = Some(writer.map_err(|error| write_error(path, &error))?);
         }
         self.writer.as_mut().ok_or_else(|| BagError::Write {
