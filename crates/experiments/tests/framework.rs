@@ -127,6 +127,19 @@ fn an_interrupted_experiment_goes_on_where_it_stopped() {
 }
 
 #[test]
+fn what_is_no_record_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&Dice::new(6), &options(3, "1/1", RunTarget::Folder(folder.path())), &mut |_| ()).unwrap();
+    let path = folder.path().join("records.jsonl");
+    let text = fs::read_to_string(&path).unwrap();
+    for damage in ["hello", "{\"cell\": 1}", "[]"] {
+        fs::write(&path, format!("{damage}\n{text}")).unwrap();
+        let said = merge(&Dice::new(6), 3, &[folder.path()]).unwrap_err().to_string();
+        assert!(said.contains("line 1: not a record"), "{said}");
+    }
+}
+
+#[test]
 fn a_folder_of_another_seed_or_other_settings_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let target = RunTarget::Folder(folder.path());

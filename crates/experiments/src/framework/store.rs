@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize};
 use visloc_core::files;
 
 use super::{Experiment, ExperimentError, Results, Shard};
@@ -126,7 +126,15 @@ pub(super) fn read_records<E: Experiment>(
     for path in record_files(folder)? {
         let text = files::read(&path, MAX_RECORD_BYTES).map_err(ExperimentError::file(&path))?;
         let text = String::from_utf8_lossy(&text);
-        for line in text.lines().filter_map(parse::<E::Record>) {
+        for (i, line) in text.lines().enumerate() {
+            let line: Line<E::Record> = match serde_json::from_str(line) {
+                Ok(line) => line,
+                Err(error) if error.is_eof() => continue,
+                Err(error) => {
+                    let reason = format!("line {}: not a record: {error}", i + 1);
+                    return Err(ExperimentError::Folder { path, reason });
+                }
+            };
             let cell = experiment.cells().iter().position(|cell| cell.label == line.cell);
             if let (Some(cell), Ok(run)) = (cell, usize::try_from(line.run)) {
                 results.set(cell, run, line.record);
@@ -134,10 +142,6 @@ pub(super) fn read_records<E: Experiment>(
         }
     }
     Ok(())
-}
-
-fn parse<R: DeserializeOwned>(line: &str) -> Option<Line<R>> {
-    serde_json::from_str(line).ok()
 }
 
 /// Sorted, so that the order of the folder does not matter.
