@@ -319,7 +319,7 @@ fn try_option(
         }
         let with = everything(text, &trial, purpose, is_live);
         match &with {
-            Err(error) if error.contains(option.flag()) => {
+            Err(error) if error.starts_with(&format!("{}: ", option.flag())) => {
                 assert!(error.contains("leave"), "{context}: {error}");
                 // The layout of a dataset is known only when it has been looked at.
                 assert!(!is_honored || option == SourceOption::Fps, "{context}: honored, yet {error}");

@@ -293,15 +293,24 @@ fn a_source_that_stalls_is_ended_by_the_first_signal() {
 /// There is no half of a camera that is found from its own motion.
 #[test]
 fn finding_a_camera_from_its_motion_is_ended_by_the_first_signal() {
-    let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip/rgb");
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip/rgb");
     let commands: [&[&str]; 2] =
-        [&["calibrate", images, "--out", "c.toml"], &["slam", images, "--save", "c.toml"]];
+        [&["calibrate", "images", "--out", "c.toml"], &["slam", "images", "--save", "c.toml"]];
     for (args, signal) in commands.iter().zip(["-INT", "-TERM"]) {
         let workspace = Workspace::new();
-        let stderr = fs::File::create(workspace.path("stderr")).unwrap();
+        fs::create_dir(workspace.path("images")).unwrap();
+        for image in fs::read_dir(clip).unwrap().map(|image| image.unwrap().path()) {
+            fs::copy(&image, workspace.path("images").join(image.file_name().unwrap())).unwrap();
+        }
+        let output = |name: &str| fs::File::create(workspace.path(name)).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
-        let mut child = command.args(*args).current_dir(workspace.path(".")).stderr(stderr).spawn().unwrap();
-        wait_until("begun", || workspace.read("stderr").contains("from its own motion"));
+        command
+            .args(*args)
+            .current_dir(workspace.path("."))
+            .stdout(output("stdout"))
+            .stderr(output("stderr"));
+        let mut child = command.spawn().unwrap();
+        wait_until("begun", || workspace.read("stdout").contains("from its own motion"));
         // All images have been read by then.
         std::thread::sleep(Duration::from_millis(300));
         send(signal, &child);

@@ -149,7 +149,14 @@ fn given_camera(
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     // A file that cannot be read is told here: what stands in the way of a robot that nobody asked for only means that there is none.
     given_robot(request)?;
-    let asked = request.options.given().find(|option| OF_ROBOT.contains(option));
+    let topics = &request.options.topics;
+    // An empty name asks for nothing.
+    let is_empty = |option: &SourceOption| match option {
+        SourceOption::OdometryTopic => topics.odometry.as_deref() == Some(""),
+        SourceOption::TruthTopic => topics.ground_truth.as_deref() == Some(""),
+        _ => false,
+    };
+    let asked = request.options.given().find(|option| OF_ROBOT.contains(option) && !is_empty(option));
     let note = match (robot(request), asked) {
         (Ok(Some((CameraFrames { camera, frames }, warnings))), _) => {
             let calibration = (Calibration::of(&camera), request.address.rest().into());
