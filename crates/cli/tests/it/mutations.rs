@@ -38,7 +38,7 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 4] = [
+const FOUND: [(&str, &str); 5] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
@@ -53,6 +53,8 @@ const FOUND: [(&str, &str); 4] = [
     ),
     // The number came back with another last bit.
     ("studio_messages", "\u{1}\0\0\u{b}-\0\0\0{\"number\":1.222222222222222e+105,\"arrays\":{}}"),
+    // A picture without width.
+    ("image_stream", "P5\n0 7\n255\n"),
     // The first picture stopped builds with overflow checks.
     ("studio_commands", "{\"type\":\"defaults\"}"),
 ];

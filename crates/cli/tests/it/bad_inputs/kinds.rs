@@ -2,12 +2,7 @@
 
 use std::{fs, path::Path};
 
-use serde_json::json;
 use visloc_core::RgbImage;
-use visloc_experiments::{
-    Experiment,
-    symmetry::{SymmetryExperiment, SymmetryPart},
-};
 use visloc_io::{
     bag::BagWriterOptions,
     camera_file::{CameraFormat, read_camera, write_camera},
@@ -203,7 +198,7 @@ impl Kind {
             Self::Experiment => Input {
                 name: "input",
                 files: vec![
-                    ("input/experiment.json", manifest().into()),
+                    ("input/experiment.json", parsers::experiments::manifest().into()),
                     ("input/records.jsonl", Vec::new()),
                 ],
             },
@@ -214,11 +209,6 @@ impl Kind {
 const KITTI: &str = "1 0 0 0.5 0 1 0 0 0 0 1 2\n1 0 0 0.6 0 1 0 0.1 0 0 1 2\n1 0 0 0.6 0 1 0 0.3 0 0 1 3\n";
 const EUROC_POSES: &str = "#t,x,y,z,qw,qx,qy,qz\n1000000000,0,0,0,1,0,0,0\n1100000000,0.1,0,0,1,0,0,0\n1200000000,0.2,0.1,0,1,0,0,0\n1300000000,0.2,0.3,0.1,1,0,0,0\n";
 const SCENARIO: &str = "map = \"robocup-spl-2010\"\nduration_secs = 2.0\nframes_per_sec = 10.0\n[start]\nx_m = 0.5\ny_m = 0.2\nyaw_deg = 30.0\n";
-
-fn manifest() -> String {
-    let experiment = SymmetryExperiment::new(SymmetryPart::Published, 1);
-    json!({ "experiment": experiment.name(), "seed": 1, "settings": experiment.settings() }).to_string()
-}
 
 fn seed(parser: &str, number: usize) -> Vec<u8> {
     let parser = parsers::PARSERS.iter().find(|known| known.name == parser).unwrap();

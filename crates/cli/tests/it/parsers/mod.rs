@@ -5,6 +5,7 @@
 
 mod bags;
 mod calibrations;
+pub mod experiments;
 mod maps;
 mod pictures;
 mod robots;
@@ -94,6 +95,12 @@ pub const PARSERS: &[Parser] = &[
         max_bytes: TEXT,
         seeds: settings::ros_parameter_seeds,
         read: settings::ros_parameters,
+    },
+    Parser {
+        name: "experiment_records",
+        max_bytes: TEXT,
+        seeds: experiments::seeds,
+        read: experiments::read,
     },
     Parser { name: "addresses", max_bytes: 4 << 10, seeds: settings::address_seeds, read: settings::address },
     Parser { name: "studio_commands", max_bytes: TEXT, seeds: studio::command_seeds, read: studio::commands },
