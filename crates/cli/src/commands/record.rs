@@ -66,7 +66,11 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
         Ok(BagWriter::create_with(&args.out, topics.clone(), options)?)
     };
     let recorded = if is_robot {
-        let open = open_frames(&args.source, &options, host())?;
+        let open =
+            open_frames(&args.source, &options, host()).map_err(|error| match error.lacks_mount() {
+                true => anyhow!("{error}; or record the images alone: --images-only"),
+                false => error.into(),
+            })?;
         warn(&open.warnings);
         record_frames(open.frames, create()?, args.frames)?
     } else {

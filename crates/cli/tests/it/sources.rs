@@ -82,6 +82,18 @@ fn every_option_changes_the_copy_of_a_bag_or_is_refused() {
     assert!(num_tried > 15, "{num_tried}");
 }
 
+#[test]
+fn a_recording_of_a_camera_alone_is_recorded_on_demand() {
+    let workspace = Workspace::new();
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    workspace.must(&["record", clip, "--out", "clip.mcap", "--frames", "3"]);
+    let again = ["record", "clip.mcap", "--out", "again.mcap", "--images", "png"];
+    let error = workspace.refused(&again);
+    assert!(error.contains("--images-only"), "{error}");
+    let said = workspace.must(&[&again[..], &["--images-only"]].concat()).stdout;
+    assert!(said.contains("3 images"), "{said}");
+}
+
 /// Without what makes a robot of them the images would be those of any camera.
 #[test]
 fn names_that_a_robot_lacks_are_refused_by_slam() {
