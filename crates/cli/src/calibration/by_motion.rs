@@ -125,10 +125,10 @@ impl Taken {
     /// The first signal ends it, unless it is the one that has ended a live source.
     fn find(&self, is_live: bool) -> Result<SelfCalibration> {
         let progress = Progress::new(None);
-        let is_of_ended = is_live && host().is_stopped();
+        let was_ended = is_live && host().is_stopped();
         let goes_on = || {
             progress.advance();
-            let goes_on = is_of_ended || !host().is_stopped();
+            let goes_on = was_ended || !host().is_stopped();
             if !goes_on {
                 host().note_interruption();
             }

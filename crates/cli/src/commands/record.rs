@@ -5,9 +5,7 @@ use visloc_core::{Source, SourceError, SourceFrame, geom::Camera};
 use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::{SequenceRange, fit_calibration},
-    sources::{
-        OpenPictures, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures,
-    },
+    sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures},
 };
 
 use super::convert;
@@ -15,7 +13,7 @@ use crate::{
     args::{ImageFormat, RecordArgs, SourceArgs, TopicArgs},
     host::host,
     report::SkippedReport,
-    run::{Progress, prepare, source_options},
+    run::{Progress, prepare, refuse_source_options, source_options},
     say,
     settings::topic_options,
 };
@@ -37,7 +35,8 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     if is_copied(args)? {
-        refuse_for_copy(args, &options)?;
+        options.honored_elsewhere = vec![SourceOption::Start, SourceOption::End];
+        refuse_source_options(&options, "the messages of a bag are copied as they are; leave it out")?;
         let range = SequenceRange { most: args.frames.map(|frames| frames as usize), ..options.range };
         return convert::execute(&args.source, range, &args.out);
     }
@@ -92,17 +91,6 @@ fn is_copied(args: &RecordArgs) -> Result<bool> {
         || urdf.is_some()
         || args.topics != TopicArgs::default();
     Ok(is_bag && !is_changed)
-}
-
-/// Refuses what a copy of all messages has no use for.
-fn refuse_for_copy(args: &RecordArgs, options: &SourceOptions) -> Result<()> {
-    let is_honored = |option: &SourceOption| matches!(option, SourceOption::Start | SourceOption::End);
-    match options.given().find(|option| !is_honored(option)) {
-        Some(option) => {
-            bail!("{}: {} (ROS bag): {}", option.flag(), args.source, option.reason(Purpose::Pictures))
-        }
-        None => Ok(()),
-    }
 }
 
 fn warn(warnings: &[String]) {

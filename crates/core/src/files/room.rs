@@ -7,8 +7,8 @@ use std::{
 
 /// So much of a disk is left, bytes: what a run has computed is still to be written then, and other programs live on the same disk.
 const LEFT_BYTES: u64 = 16 << 20;
-/// ... but no more than this share of what was free: one of so many parts.
-const LEFT_SHARE: u64 = 4;
+/// ... but no more than one of so many parts of what was free.
+const LEFT_PARTS: u64 = 4;
 
 /// A file that grows for long, and ends with an error like that of a full disk before the disk is full.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ impl GrowingFile {
     pub fn new(file: File) -> Self {
         let is_file = file.metadata().is_ok_and(|found| found.is_file());
         let free_bytes = free_bytes(&file).filter(|_| is_file).unwrap_or(0);
-        Self { file, left_bytes: LEFT_BYTES.min(free_bytes / LEFT_SHARE) }
+        Self { file, left_bytes: LEFT_BYTES.min(free_bytes / LEFT_PARTS) }
     }
 }
 

@@ -69,7 +69,7 @@ impl SourceOption {
     ];
 
     /// Why a source may have no use for it, as the end of a sentence about that source.
-    pub fn reason(self, purpose: Purpose) -> &'static str {
+    pub(super) fn reason(self, purpose: Purpose) -> &'static str {
         match self {
             Self::Camera => "its camera is known; leave it out, or set [camera] in a scenario of your own",
             Self::Mount if purpose == Purpose::Frames => {

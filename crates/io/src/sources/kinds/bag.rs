@@ -18,7 +18,7 @@ use crate::{
         SourceOption::{
             Camera, CameraInfoTopic, End, Frames, ImageTopic, Mount, Scale, Start, Stride, Topics, Urdf,
         },
-        SourcesError,
+        SourcesError, TopicOptions,
         adapt::{
             CameraFrames, ManyCameras, frames_in_range, gray_of_frames, images_of_gray, images_of_pictures,
             pictures_in_range,
@@ -55,16 +55,6 @@ pub(super) const KIND: SourceKind = SourceKind {
         open: |request| pictures_in_range(request, pictures(request)?),
     },
 };
-
-/// What is of use for a robot with odometry only.
-const OF_ROBOT: [SourceOption; 6] = [
-    SourceOption::Mount,
-    SourceOption::Urdf,
-    SourceOption::OdometryTopic,
-    SourceOption::TruthTopic,
-    SourceOption::BaseFrame,
-    SourceOption::CameraFrame,
-];
 
 fn claims(path: &Path) -> bool {
     if path.is_file() {
@@ -149,46 +139,55 @@ fn given_camera(
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     // A file that cannot be read is told here: what stands in the way of a robot that nobody asked for only means that there is none.
     given_robot(request)?;
-    let topics = &request.options.topics;
-    // An empty name asks for nothing.
-    let is_empty = |option: &SourceOption| match option {
-        SourceOption::OdometryTopic => topics.odometry.as_deref() == Some(""),
-        SourceOption::TruthTopic => topics.ground_truth.as_deref() == Some(""),
-        _ => false,
-    };
-    let asked = request.options.given().find(|option| OF_ROBOT.contains(option) && !is_empty(option));
-    let note = match (robot(request), asked) {
-        (Ok(Some((CameraFrames { camera, frames }, warnings))), _) => {
+    let fault = match robot(request) {
+        Ok(Some((CameraFrames { camera, frames }, warnings))) => {
             let calibration = (Calibration::of(&camera), request.address.rest().into());
             return images_of_gray(request, gray_of_frames(frames), Some(calibration), warnings);
         }
-        (Ok(None), Some(option)) => {
-            return request.cannot(format!(
-                "{} and the like: expected odometry and a camera whose place on the robot matters, found no odometry",
-                option.flag()
-            ));
-        }
-        (Err(error), Some(_)) => return Err(error),
-        (Ok(None), None) => None,
-        (Err(error), None) => Some(format!("its odometry is not used: {error}")),
+        Ok(None) => None,
+        Err(error) => Some(error),
     };
-    let pictures = pictures(request)?;
-    let mut open = images_of_pictures(request, pictures)?;
-    open.warnings.extend(note);
-    Ok(open)
+    match (fault, asked_of_robot(request)) {
+        (Some(fault), Some(_)) => Err(fault),
+        (None, Some(option)) => request.cannot(format!(
+            "{} and the like: expected odometry and a camera whose place on the robot matters, found no odometry",
+            option.flag()
+        )),
+        (fault, None) => {
+            let mut open = images_of_pictures(request, pictures(request)?)?;
+            open.warnings.extend(fault.map(|fault| format!("its odometry is not used: {fault}")));
+            Ok(open)
+        }
+    }
+}
+
+/// An option that only a robot with odometry has a use for. An empty name asks for nothing.
+fn asked_of_robot(request: &Request<'_>) -> Option<SourceOption> {
+    let TopicOptions { odometry, ground_truth, .. } = &request.options.topics;
+    request.options.given().find(|option| match option {
+        SourceOption::OdometryTopic => odometry.as_deref() != Some(""),
+        SourceOption::TruthTopic => ground_truth.as_deref() != Some(""),
+        option => [Mount, Urdf, SourceOption::BaseFrame, SourceOption::CameraFrame].contains(option),
+    })
 }
 
 /// The camera of a robot with odometry, and its frames. `None` if the recording has no odometry: its images are those of any camera.
 fn robot(request: &Request<'_>) -> Result<Option<(CameraFrames, Vec<String>)>, SourcesError> {
-    let has_odometry =
-        recorded_topics(request.address.rest())?.iter().any(|topic| topic.fits(TopicRole::Odometry));
-    if !has_odometry || request.topics().odometry.is_empty() {
+    let mut warnings = Vec::new();
+    let bag = match reader(request, &mut warnings) {
+        Err(_) if request.topics().odometry.is_empty() || !has_odometry(request)? => return Ok(None),
+        bag => bag?,
+    };
+    if !bag.available_topics().iter().any(|topic| topic.topic == bag.topics().odometry) {
         return Ok(None);
     }
-    let mut warnings = Vec::new();
-    let bag = reader(request, &mut warnings)?;
     let frames = CameraFrames::new(Box::new(bag)).transpose()?;
     Ok(frames.map(|frames| (frames, warnings)))
+}
+
+fn has_odometry(request: &Request<'_>) -> Result<bool, SourcesError> {
+    let topics = recorded_topics(request.address.rest())?;
+    Ok(topics.iter().any(|topic| topic.fits(TopicRole::Odometry)))
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
