@@ -9,6 +9,7 @@ use crate::{
     odometry::{MetricScale, OdomFromCamera},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
     schedule::{BackEnd, Order, Schedule, Worker},
+    shutter::Readout,
 };
 
 /// Monocular SLAM: takes one frame after the other.
@@ -159,6 +160,13 @@ impl Slam {
         let coefficient =
             |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
         coefficient(&self.front_end.camera) - coefficient(&self.front_end.calibrated)
+    }
+
+    /// How long the camera takes from the exposure of one border of an image to that of the other, as the map tells it. Images that come in are put right by
+    /// it, as long as the camera is followed. All at once as long as the map agrees with that.
+    #[must_use]
+    pub fn readout(&self) -> Readout {
+        self.front_end.readout
     }
 
     /// The camera as calibrated and as it is known now.

@@ -208,6 +208,13 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
             report.lens_change
         );
     }
+    let [across, down] = report.readout_s.map(|secs| secs.abs() * 1e3);
+    if across.max(down) > 0.0 {
+        let (lines, ms) = if across > down { ("columns", across) } else { ("rows", down) };
+        say::line!(
+            "  rolling shutter: the views agree if the {lines} of an image are exposed within {ms:.0} ms, one after the other; images are put right by that"
+        );
+    }
     if let Some(ate) = &report.ate_m {
         say::line!("  ATE RMSE {:.4} m, median {:.4} m, max {:.4} m", ate.rmse, ate.median, ate.max);
         if report.maps.first().is_some_and(|map| map.scale.is_some()) {

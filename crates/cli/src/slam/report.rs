@@ -39,6 +39,8 @@ pub struct SlamReport {
     pub points: usize,
     /// What the map adds to the first radial coefficient of the calibration.
     pub lens_change: f64,
+    /// From the exposure of the left border of an image to that of the right one, and from the upper to the lower, seconds, as the map tells it.
+    pub readout_s: [f64; 2],
     /// Loops that were closed.
     pub loops: usize,
     /// Maps that were joined to others.
@@ -177,6 +179,7 @@ impl SlamReport {
             relocalizations: run.history.num_relocalized,
             keyframes: map.keyframes().count(),
             lens_change: run.slam.lens_change(),
+            readout_s: run.slam.readout().0.into(),
             points: map.landmarks().filter(|(_, landmark)| landmark.is_converged()).count(),
             loops: run.history.num_loops,
             joins: run.history.num_joins,

@@ -23,6 +23,7 @@ use crate::{
     outcome::{FrameError, FrameOutcome, FramePose},
     recognize::Relocator,
     schedule::{Job, Order},
+    shutter::{Exposure, Readout},
     start::Initializer,
     timing::StageTimer,
     track::{Incoming, Tracker},
@@ -57,6 +58,8 @@ pub(crate) struct FrontEnd {
     pub camera: Camera,
     /// The camera as it was at first.
     pub calibrated: Camera,
+    /// How long it takes to expose an image, as the map tells it.
+    pub readout: Readout,
     config: SlamConfig,
     rng: Rng,
     pub clock: Clock,
@@ -109,6 +112,7 @@ impl FrontEnd {
         Self {
             camera: *camera,
             calibrated: *camera,
+            readout: Readout::default(),
             config: config.clone(),
             rng: RngTree::new(seed).stream("slam", 0),
             clock: Clock::still(),
@@ -166,8 +170,6 @@ impl FrontEnd {
     ) -> Result<(FrameOutcome, Option<Order>), FrameError> {
         self.check_frame(at, &image)?;
         let mut timer = StageTimer::start(self.clock.clone());
-        let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
-        timer.end("pyramid");
         if self.frames.poses().is_empty() {
             self.lost_at = at;
         }
@@ -178,7 +180,17 @@ impl FrontEnd {
             .filter(|_| self.uses_odometry())
             .map(|odom_from_camera| OdomPose { odom_from_camera, stretch });
         self.frames.push(FramePose { odometry, ..FramePose::unknown(at) });
-        let incoming = Incoming { number: self.number(), at, pyramid: &pyramid, odometry };
+        let number = self.number();
+        let mut pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
+        timer.end("pyramid");
+        let as_taken = Incoming { odometry, ..Incoming::at_once(number, at, &pyramid) };
+        let put_right = self.put_right(&as_taken);
+        let readout = put_right.as_ref().map(|_| self.readout).unwrap_or_default();
+        if let Some(put_right) = put_right {
+            pyramid = Arc::new(put_right);
+            timer.end("rolling shutter");
+        }
+        let incoming = Incoming { number, at, pyramid: &pyramid, odometry, readout };
         let mut outcome = FrameOutcome::default();
         let job = match self.phase {
             Phase::Starting => self.start(&incoming, &mut outcome, &mut timer),
@@ -187,6 +199,22 @@ impl FrontEnd {
         };
         outcome.tracking = timer.finish();
         Ok((outcome, job.map(|job| self.order(job))))
+    }
+
+    /// The image as it would be if all of it had been exposed at once; `None` where the camera does so, or is not followed.
+    fn put_right(&self, incoming: &Incoming<'_>) -> Option<Pyramid> {
+        if self.readout.is_at_once() || self.phase != Phase::Tracking {
+            return None;
+        }
+        let num_levels = self.config.features.pyramid_levels;
+        let image = incoming.pyramid.level(0);
+        let at_once = |motion| {
+            Pyramid::new(Exposure { motion, readout: self.readout }.at_once(image, &self.camera), num_levels)
+        };
+        // As it moved before, and then as it has moved since.
+        let pyramid = Arc::new(at_once(self.tracker.motion_before(&self.map)?));
+        let motion = self.tracker.motion_now(&self.map, &Incoming { pyramid: &pyramid, ..*incoming })?;
+        Some(at_once(motion))
     }
 
     /// What the mapper does when no more images come.

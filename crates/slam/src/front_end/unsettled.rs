@@ -142,6 +142,7 @@ mod tests {
                 features: ids.iter().map(|id| seen(&pose, &front_end.map, *id)).collect(),
                 turned_from: None,
                 odometry: None,
+                exposure: None,
             };
             let keyframe = if number == 1 { new } else { old };
             front_end.hang(keyframe, (&frame, &pose));

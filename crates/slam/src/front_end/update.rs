@@ -15,6 +15,7 @@ impl FrontEnd {
     /// Takes over what the mapper has finished. What belongs to a map that was given up is left out.
     pub fn apply(&mut self, update: Update) -> Option<Mapped> {
         self.set_camera(&update.camera);
+        self.readout = update.readout;
         if update.epoch != self.epoch {
             return None;
         }

@@ -9,7 +9,7 @@ use visloc_core::{
 };
 
 use super::{KeyframePicture, LandmarkId};
-use crate::{image::Pyramid, lie::CameraFromWorld, odometry::OdomPose, recognize::View};
+use crate::{image::Pyramid, lie::CameraFromWorld, odometry::OdomPose, recognize::View, shutter::Exposure};
 
 /// Number of a keyframe, in order of creation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,6 +70,8 @@ pub struct Keyframe {
     pub turned_from: Option<KeyframeId>,
     /// Where the odometry has it.
     pub odometry: Option<OdomPose>,
+    /// How it was exposed, if that is known.
+    pub exposure: Option<Exposure>,
     pub(super) camera_from_world: CameraFromWorld,
     pub(super) center_in_world: Point3<f64>,
     /// Its unit of length, in units of the time when it was made: it changes when loops are closed and maps are joined.

@@ -6,6 +6,7 @@ use nalgebra::{Matrix2, Point2, Vector3};
 use visloc_core::geom::Camera;
 
 use super::{KeyframeId, SessionCamera};
+use crate::shutter::Exposure;
 
 /// Where a keyframe sees a landmark.
 #[derive(Debug, Clone, Copy)]
@@ -220,6 +221,15 @@ impl Observations {
     /// Makes the rays of these keyframes anew.
     pub(super) fn look_through(&mut self, camera: &Camera, is_own: impl Fn(KeyframeId) -> bool) {
         for observation in self.change().iter_mut().filter(|it| is_own(it.keyframe)) {
+            observation.ray = observation.ray_through(camera);
+        }
+    }
+
+    /// Moves what a keyframe sees to where it is once its image has been put right.
+    pub(super) fn put_right(&mut self, keyframe: KeyframeId, left: &Exposure, camera: &Camera) {
+        for observation in self.change().iter_mut().filter(|it| it.keyframe == keyframe) {
+            let px = left.px_at_once(&observation.px.map(f64::from).into(), camera);
+            observation.px = [px.x as f32, px.y as f32];
             observation.ray = observation.ray_through(camera);
         }
     }

@@ -14,8 +14,14 @@ use super::{
     keyframe::Anchor, shared_vec::SharedVec,
 };
 use crate::{
-    feature::gradient_noise, image::Pyramid, lie::CameraFromWorld, mapping::DepthFilter, odometry::OdomPose,
-    recognize::PlaceIndex, track::TrackReport,
+    feature::gradient_noise,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    mapping::DepthFilter,
+    odometry::OdomPose,
+    recognize::PlaceIndex,
+    shutter::{Exposure, Readout},
+    track::TrackReport,
 };
 
 /// What a keyframe is made from.
@@ -154,8 +160,34 @@ impl Map {
             is_given_up: false,
             turned_from: new.turned_from,
             odometry: new.odometry,
+            exposure: None,
         });
         id
+    }
+
+    /// Takes note of how a keyframe was exposed.
+    pub(crate) fn set_exposure(&mut self, id: KeyframeId, exposure: Option<Exposure>) {
+        self.keyframes[id.index()].exposure = exposure;
+    }
+
+    /// Puts all keyframes right whose exposure is known: the camera is known to have another readout than they were put right with.
+    pub(crate) fn put_right(&mut self, readout: &Readout, camera: &Camera) {
+        for index in 0..self.keyframes.len() {
+            let keyframe = &self.keyframes[index];
+            let left = keyframe.exposure.map(|exposure| exposure.left_by(readout));
+            let Some(left) = left.filter(|left| !left.readout.is_at_once()) else { continue };
+            let Some(pyramid) = keyframe.pyramid() else { continue };
+            let image = left.at_once(pyramid.level(0), camera);
+            let keyframe = &mut self.keyframes[index];
+            keyframe.picture =
+                Some(KeyframePicture::Here(Arc::new(Pyramid::new(image, pyramid.num_levels()))));
+            keyframe.exposure = Some(Exposure { readout: *readout, ..left });
+            let seen: Vec<usize> = keyframe.landmarks.iter().map(|landmark| landmark.index()).collect();
+            for landmark in seen {
+                let observations = &mut self.landmarks[landmark].observations;
+                observations.put_right(KeyframeId(index as u32), &left, camera);
+            }
+        }
     }
 
     /// Moves a keyframe. Its candidates move with it.

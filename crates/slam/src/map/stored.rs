@@ -332,6 +332,7 @@ fn restored_keyframe(
         landmarks: Vec::new(),
         turned_from: stored.turned_from.filter(|other| (*other as usize) < number).map(KeyframeId),
         odometry: None,
+        exposure: None,
         camera_from_world,
         center_in_world: center(&camera_from_world),
         scale: 1.0,

@@ -200,6 +200,7 @@ mod tests {
             features: Vec::new(),
             turned_from: None,
             odometry: None,
+            exposure: None,
         }
     }
 

@@ -12,6 +12,7 @@ use super::{
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera, most_shared},
+    shutter::Readout,
     timing::StageTimer,
     track::{Frame, Matcher, focal_px, scene_depth},
 };
@@ -65,6 +66,12 @@ impl Mapper {
     #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// How long the camera takes to expose an image, as the map tells it.
+    #[must_use]
+    pub fn readout(&self) -> Readout {
+        self.lens.readout()
     }
 
     /// Starts over with a new map; what is known of the camera stays.
@@ -142,6 +149,7 @@ impl Mapper {
             turned_from: frame.turned_from,
             odometry: frame.odometry,
         });
+        map.set_exposure(id, frame.exposure);
         for feature in &frame.features {
             map.add_observation(feature.landmark, feature.in_keyframe(id));
         }

@@ -350,5 +350,6 @@ pub(crate) fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
         features: keyframe.landmarks.iter().filter_map(feature).collect(),
         turned_from: None,
         odometry: None,
+        exposure: None,
     })
 }

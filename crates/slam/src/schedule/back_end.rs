@@ -83,9 +83,19 @@ impl BackEnd {
             timer.end("pack");
         }
         let mapped = Mapped { frame, report, meeting, times: timer.finish() };
-        let (camera, map) = (*self.mapper.camera(), self.map.clone());
+        let (camera, readout, map) = (*self.mapper.camera(), self.mapper.readout(), self.map.clone());
         let is_adjusting = self.recognizer.is_adjusting();
-        Update { epoch, camera, map, camera_from_world, has_moved, is_adjusting, was_awaited, mapped }
+        Update {
+            epoch,
+            camera,
+            readout,
+            map,
+            camera_from_world,
+            has_moved,
+            is_adjusting,
+            was_awaited,
+            mapped,
+        }
     }
 
     /// Completes the maps with places that were visited again. Elsewhere adjustments on the way have had all that there is. The images of the map that

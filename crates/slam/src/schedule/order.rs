@@ -6,6 +6,7 @@ use crate::{
     lie::CameraFromWorld,
     map::{Crossing, KeyframeId, Map, MapId, Packing},
     outcome::Mapped,
+    shutter::Readout,
     start::StartedMap,
     track::TrackReport,
 };
@@ -75,6 +76,8 @@ pub(crate) struct Update {
     pub epoch: usize,
     /// The camera as it is known now.
     pub camera: Camera,
+    /// How long it takes to expose an image.
+    pub readout: Readout,
     /// The map as it is now.
     pub map: Map,
     /// Pose of the frame as tracking had it.

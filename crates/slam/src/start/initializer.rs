@@ -212,6 +212,7 @@ impl Initializer {
             features: features.collect(),
             turned_from: None,
             odometry: incoming.odometry,
+            exposure: None,
         };
         Ok(StartedMap { first, second, frame, between, map })
     }

@@ -11,6 +11,7 @@ use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Observation},
     odometry::OdomPose,
+    shutter::{Exposure, Readout},
     timing::StageTimer,
 };
 
@@ -25,6 +26,16 @@ pub struct Incoming<'a> {
     pub pyramid: &'a Arc<Pyramid>,
     /// Where the odometry has the camera.
     pub odometry: Option<OdomPose>,
+    /// With what the image has been put right.
+    pub readout: Readout,
+}
+
+impl<'a> Incoming<'a> {
+    /// An image of a camera without odometry, as it was exposed.
+    #[must_use]
+    pub fn at_once(number: usize, at: Timestamp, pyramid: &'a Arc<Pyramid>) -> Self {
+        Self { number, at, pyramid, odometry: None, readout: Readout::default() }
+    }
 }
 
 /// What the work on a frame draws from and is measured by.
@@ -84,4 +95,6 @@ pub struct Frame {
     pub turned_from: Option<KeyframeId>,
     /// Where the odometry has it.
     pub odometry: Option<OdomPose>,
+    /// How it was exposed, if that is known.
+    pub exposure: Option<Exposure>,
 }

@@ -1,6 +1,6 @@
 //! Where the camera probably is before a frame is looked at.
 
-use nalgebra::{Matrix2x3, Matrix3, Point2, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Point2, Rotation3, Vector2, Vector3, Vector6};
 use visloc_core::{
     GrayImage,
     geom::{Camera, CameraFrame, Rigid3},
@@ -14,32 +14,52 @@ use crate::{
 /// Constant velocity.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MotionModel {
-    /// Motion per second of the camera, `next_from_last` as a twist.
-    velocity: nalgebra::Vector6<f64>,
+    /// Motion per second of the camera, `next_from_last` as a twist; `None` until it has moved.
+    velocity: Option<Vector6<f64>>,
 }
 
 impl MotionModel {
     /// Motion expected within `secs`.
     #[must_use]
     pub fn predict(&self, secs: f64) -> Rigid3<CameraFrame, CameraFrame> {
-        exp(&(self.velocity * secs))
+        exp(&(self.velocity.unwrap_or_default() * secs))
+    }
+
+    /// Motion per second; `None` until the camera has moved.
+    #[must_use]
+    pub fn velocity(&self) -> Option<Vector6<f64>> {
+        self.velocity
     }
 
     /// Learns from the motion of the last `secs`, which are negative where a recording is followed backwards; no time is ignored.
     pub fn update(&mut self, next_from_last: &Rigid3<CameraFrame, CameraFrame>, secs: f64) {
         if secs != 0.0 {
-            self.velocity = log(next_from_last) / secs;
+            self.velocity = Some(log(next_from_last) / secs);
         }
     }
 
     /// Takes over another unit of length.
     pub fn scale(&mut self, factor: f64) {
-        self.velocity.fixed_rows_mut::<3>(0).scale_mut(factor);
+        if let Some(velocity) = &mut self.velocity {
+            velocity.fixed_rows_mut::<3>(0).scale_mut(factor);
+        }
+    }
+
+    /// Motion per second at the end of a further motion that takes `secs`, if it becomes faster as steadily as it has; `None` without an
+    /// earlier motion.
+    #[must_use]
+    pub fn velocity_after(
+        &self,
+        next_from_last: &Rigid3<CameraFrame, CameraFrame>,
+        secs: f64,
+    ) -> Option<Vector6<f64>> {
+        let velocity = log(next_from_last) / secs;
+        (secs > 0.0).then_some(velocity + (velocity - self.velocity?) * 0.5)
     }
 
     /// Forgets the motion.
     pub fn reset(&mut self) {
-        self.velocity = nalgebra::Vector6::zeros();
+        self.velocity = None;
     }
 }
 

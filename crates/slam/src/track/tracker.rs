@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix6, Rotation3, Vector2};
+use nalgebra::{Matrix6, Rotation3, Vector2, Vector6};
 use visloc_core::{
     Rng,
     geom::{Camera, Rigid3},
@@ -20,6 +20,7 @@ use crate::{
     odometry::{CameraMotion, motion_deviations},
     orb::Recognition,
     patch::AlignLimits,
+    shutter::Exposure,
     solve::{PoseObservation, PosePrior, Rejection, pose_covariance, robust_pose},
 };
 
@@ -120,6 +121,21 @@ impl Tracker {
         }
     }
 
+    /// How the scene moved before the camera when the last frame was taken, see [`Exposure::motion`]; `None` after a start.
+    #[must_use]
+    pub fn motion_before(&self, map: &Map) -> Option<Vector6<f64>> {
+        Some(in_depths(self.motion.velocity()?, map, self.last.as_ref()?))
+    }
+
+    /// The same for an image that has just come in.
+    #[must_use]
+    pub fn motion_now(&self, map: &Map, incoming: &Incoming<'_>) -> Option<Vector6<f64>> {
+        let last = self.last.as_ref()?;
+        let motion = self.predict(map, last, incoming) * last.camera_from_world.inverse();
+        let velocity = self.motion.velocity_after(&motion, incoming.at.secs_since(last.at))?;
+        Some(in_depths(velocity, map, last))
+    }
+
     /// The last frame that was tracked.
     #[must_use]
     pub fn last(&self) -> Option<&Frame> {
@@ -171,6 +187,12 @@ impl Tracker {
         }
         report.expected_from_world = predicted;
         self.hold_place(map, incoming, &mut report);
+        let motion = report.frame.camera_from_world * last.camera_from_world.inverse();
+        let velocity = self.motion.velocity_after(&motion, incoming.at.secs_since(last.at));
+        report.frame.exposure = velocity.map(|velocity| Exposure {
+            motion: in_depths(velocity, map, &report.frame),
+            readout: incoming.readout,
+        });
         work.timer.end("pose");
         Some(report)
     }
@@ -339,6 +361,7 @@ impl Tracker {
                 features,
                 turned_from: None,
                 odometry: incoming.odometry,
+                exposure: None,
             },
         }
     }
@@ -436,6 +459,12 @@ pub fn depth_spread(
     let (x, y) = (point.x / point.z, point.y / point.z);
     let by_inverse_depth = Vector2::new(t.x - x * t.z, t.y - y * t.z) / point.z;
     Some(by_inverse_depth * landmark.filter.standard_deviation())
+}
+
+/// A motion per second in depths of the scene that a frame shows.
+fn in_depths(mut velocity: Vector6<f64>, map: &Map, frame: &Frame) -> Vector6<f64> {
+    velocity.fixed_rows_mut::<3>(0).unscale_mut(scene_depth(map, frame));
+    velocity
 }
 
 /// Median depth of the landmarks of a frame, map units; 1 without landmarks.

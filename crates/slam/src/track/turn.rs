@@ -166,6 +166,7 @@ mod tests {
             features,
             turned_from: None,
             odometry: None,
+            exposure: None,
         };
         (map, frame, keyframe)
     }
