@@ -15,9 +15,8 @@ fn scores(scenario: &str) -> DetectionScores {
         let Map::Field(field) = simulation.map().clone() else { panic!("a field") };
         let mut analyzer = FieldAnalyzer::new(analysis_for(&field, &PipelineConfig::default())).unwrap();
         let mut rng = RngTree::new(seed).stream("analysis", 0);
-        let mut simulation = simulation.with_threads(2).with_num_frames(600);
-        let frames = std::iter::from_fn(|| simulation.next_item());
-        for frame in frames.step_by(5) {
+        let mut simulation = simulation.with_threads(2).with_num_frames(600).with_step(5);
+        while let Some(frame) = simulation.next_item() {
             let frame = frame.unwrap();
             let percept = analyzer.analyze(&frame.frame, &mut rng).unwrap();
             total.add(percept, &field, &frame.truth.unwrap().world_from_robot);

@@ -28,9 +28,9 @@ fn photo(frame: &SourceFrame) -> Photo {
 fn single_images_tell_the_place() {
     let map = Map::load("robocup-spl-2024").unwrap();
     let simulation = Simulation::new(&Scenario::load("tour-2024").unwrap(), 4).unwrap();
-    let frames = collect(&mut simulation.with_threads(2).with_num_frames(600)).unwrap();
+    let frames = collect(&mut simulation.with_threads(2).with_num_frames(600).with_step(30)).unwrap();
     let (mut sure, mut surely_right, mut told) = (0, 0, 0);
-    for frame in frames.iter().step_by(30) {
+    for frame in &frames {
         let answer = locate_photo(&map, &PipelineConfig::default(), &photo(frame), RngTree::new(1)).unwrap();
         let total = answer.elsewhere + answer.poses.iter().map(|pose| pose.probability).sum::<f64>();
         // Places of less than a fifth of a percent are left out.

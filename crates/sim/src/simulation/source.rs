@@ -46,6 +46,8 @@ pub struct Simulation {
     carrier: Carrier,
     random: RngTree,
     states: Vec<State>,
+    step: usize,
+    /// Number of the next frame to be drawn; those between it and the one after it are left out.
     next: usize,
     ready: VecDeque<SourceFrame>,
     pool: Option<rayon::ThreadPool>,
@@ -114,6 +116,7 @@ impl Simulation {
             carrier,
             random,
             states,
+            step: 1,
             next: 0,
             ready: VecDeque::new(),
             pool: None,
@@ -150,6 +153,14 @@ impl Simulation {
         self
     }
 
+    /// Delivers the first frame of every `step`, 0 counting as 1. The robot moves as ever; the frames between are not drawn.
+    #[must_use]
+    pub fn with_step(mut self, step: usize) -> Self {
+        self.step = step.max(1);
+        self.further = self.further.into_iter().map(|camera| camera.with_step(step)).collect();
+        self
+    }
+
     /// The map that the scenario names.
     pub fn map(&self) -> &Map {
         &self.world.map
@@ -182,15 +193,15 @@ impl Simulation {
     fn draw_batch(&mut self) {
         let num_workers = self.workers.len();
         let per_worker = if num_workers == 1 { 1 } else { FRAMES_PER_BATCH };
-        let first = self.next;
-        let end = (first + num_workers * per_worker).min(self.states.len());
+        let indices: Vec<usize> =
+            (self.next..self.states.len()).step_by(self.step).take(num_workers * per_worker).collect();
         let (world, sensor, random) = (&*self.world, self.sensor, self.random);
         let noise =
             if self.camera_index == 0 { random } else { random.subtree("camera", self.camera_index as u64) };
         let states = &self.states;
         let draw = |(offset, worker): (usize, &mut Worker)| {
             worker.images.clear();
-            for index in (first + offset..end).step_by(num_workers) {
+            for &index in indices.iter().skip(offset).step_by(num_workers) {
                 let state = &states[index];
                 world.moving(state.secs, &mut worker.moving);
                 let shot = Shot {
@@ -209,13 +220,12 @@ impl Simulation {
             Some(pool) => pool.install(|| self.workers.par_iter_mut().enumerate().for_each(draw)),
             None => self.workers.iter_mut().enumerate().for_each(draw),
         }
-        for index in first..end {
-            let round = (index - first) / num_workers;
-            let image = std::mem::take(&mut self.workers[(index - first) % num_workers].images[round]);
+        self.next += indices.len() * self.step;
+        for (number, index) in indices.into_iter().enumerate() {
+            let image = std::mem::take(&mut self.workers[number % num_workers].images[number / num_workers]);
             let frame = self.frame(index, image);
             self.ready.push_back(frame);
         }
-        self.next = end;
     }
 
     fn frame(&self, index: usize, image: RgbImage) -> SourceFrame {
@@ -247,7 +257,7 @@ impl Source<SourceFrame> for Simulation {
     }
 
     fn status(&self) -> SourceStatus<'_> {
-        let num_items = Some(self.states.len() * (1 + self.further.len()));
+        let num_items = Some(self.states.len().div_ceil(self.step) * (1 + self.further.len()));
         SourceStatus { num_items, ..SourceStatus::default() }
     }
 }
