@@ -124,7 +124,7 @@ fn a_minute_without_evidence_makes_every_algorithm_doubt() {
             let config = PipelineConfig { features, ..PipelineConfig::default() };
             let pipeline =
                 Pipeline::builder(&map).named(algorithm.name, None).config(config).build().unwrap();
-            Watcher { pipeline, name: format!("{} {features:?}", algorithm.name) }.watch(&frames)
+            Watcher { pipeline, name: format!("{} {features:?}", algorithm.name) }.watch(frames)
         })
     };
     let found = std::thread::scope(|scope| {

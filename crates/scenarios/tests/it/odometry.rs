@@ -46,10 +46,10 @@ fn largest_error_m(frames: &[SourceFrame], algorithm: &str, features: FeatureCho
 #[test]
 fn disturbed_odometry_throws_nobody_off() {
     let frames = tour(420, 2);
-    let disturbed = disturbed(&frames);
+    let disturbed = disturbed(frames);
     for algorithm in ["evolutionary", "mce", "markov"] {
         for (features, more_m) in [(FeatureChoice::Rich, 0.05), (FeatureChoice::Pixels, 0.5)] {
-            let plain_m = largest_error_m(&frames, algorithm, features);
+            let plain_m = largest_error_m(frames, algorithm, features);
             let found_m = largest_error_m(&disturbed, algorithm, features);
             assert!(
                 found_m < plain_m + more_m,
@@ -66,7 +66,7 @@ fn a_gap_in_a_recording_is_a_gap() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gap.mcap");
     let mut writer = BagWriter::create(&path, BagTopics::default()).unwrap();
-    let mut frames = tour(50, 2);
+    let mut frames = tour(50, 2).to_vec();
     frames[MISSING].iter_mut().for_each(|frame| frame.frame.odometry = None);
     frames.iter().for_each(|frame| writer.write(frame).unwrap());
     writer.finish().unwrap();

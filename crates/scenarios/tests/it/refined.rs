@@ -13,7 +13,7 @@ use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
 
-use crate::pixels::{recorded, tour};
+use crate::pixels::{recorded, tour, tour_of};
 
 fn field() -> Map {
     Map::load("robocup-spl-2010").unwrap()
@@ -29,7 +29,7 @@ fn every_algorithm_follows_to_centimeters() {
     for seed in 1..=3 {
         let frames = tour(360, seed);
         for algorithm in ALGORITHMS {
-            let evaluation = evaluate(&frames, algorithm.name, seed);
+            let evaluation = evaluate(frames, algorithm.name, seed);
             let position_m = evaluation.tracking_position_error_m.mean.unwrap();
             let heading_deg = evaluation.heading_error_deg.median.unwrap();
             let what = format!("{} seed {seed}: {position_m} m {heading_deg} deg", algorithm.name);
@@ -87,8 +87,7 @@ fn what_is_relied_upon_is_right() {
 #[test]
 fn mirrored_poses_on_a_field_with_white_goals() {
     let map = Map::load("robocup-spl-2024").unwrap();
-    let simulation = Simulation::new(&Scenario::load("tour-2024").unwrap(), 2).unwrap();
-    let frames = collect(&mut simulation.with_threads(2).with_num_frames(450)).unwrap();
+    let frames = tour_of("tour-2024", 450, 2);
     for is_half_given in [false, true] {
         let mut pipeline = Pipeline::builder(&map).build().unwrap();
         if is_half_given {
@@ -101,7 +100,7 @@ fn mirrored_poses_on_a_field_with_white_goals() {
             };
             pipeline.reset_to(&StartPrior::Region { region, heading: None });
         }
-        for frame in &frames {
+        for frame in frames {
             pipeline.step(&frame.frame).unwrap();
         }
         let estimate = pipeline.localizer().estimate();
@@ -125,7 +124,7 @@ fn mirrored_poses_on_a_field_with_white_goals() {
 #[test]
 fn localization_works_without_odometry() {
     for seed in 1..=3 {
-        let mut frames = tour(240, seed);
+        let mut frames = tour(240, seed).to_vec();
         for frame in &mut frames {
             frame.frame.odometry = None;
         }
@@ -140,15 +139,12 @@ fn localization_works_without_odometry() {
 fn a_camera_that_is_bolted_on_wrong_is_found() {
     let tilt = Vector3::new(-2.5, 0.0, 1.5).map(f64::to_radians);
     let turn = Rigid3::<CameraFrame, CameraFrame>::new(Rotation3::from_scaled_axis(-tilt), Vector3::zeros());
-    for (scenario, seed) in
-        ["tour", "tour-2024"].into_iter().flat_map(|name| (1..=3).map(move |seed| (name, seed)))
-    {
-        let simulation = Simulation::new(&Scenario::load(scenario).unwrap(), seed).unwrap().with_threads(2);
-        let map = simulation.map().clone();
-        let frames = collect(&mut simulation.with_num_frames(450)).unwrap();
+    let tours = [("tour", "robocup-spl-2010"), ("tour-2024", "robocup-spl-2024")];
+    for ((scenario, map), seed) in tours.into_iter().flat_map(|tour| (1..=3).map(move |seed| (tour, seed))) {
+        let map = Map::load(map).unwrap();
         let mut pipeline = Pipeline::builder(&map).seed(seed).build().unwrap();
         let mut errors_m = Vec::new();
-        for frame in &frames {
+        for frame in tour_of(scenario, 450, seed) {
             let mut reported = frame.frame.clone();
             reported.robot_from_camera = reported.robot_from_camera * turn;
             let found = pipeline.step(&reported).unwrap().world_from_robot;
