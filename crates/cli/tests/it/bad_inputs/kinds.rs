@@ -1,6 +1,6 @@
 //! Good inputs of every kind, small.
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, sync::OnceLock};
 
 use visloc_core::RgbImage;
 use visloc_io::{
@@ -125,8 +125,14 @@ impl Kind {
         }
     }
 
-    /// A good one.
-    pub fn good(self) -> Input {
+    /// A good one, made once: some are whole recordings and maps.
+    pub fn good(self) -> &'static Input {
+        const NUM_KINDS: usize = Kind::VisualMap as usize + 1;
+        static GOOD: [OnceLock<Input>; NUM_KINDS] = [const { OnceLock::new() }; NUM_KINDS];
+        GOOD[self as usize].get_or_init(|| self.made())
+    }
+
+    fn made(self) -> Input {
         match self {
             Self::Bag => Input::one("input.mcap", bag()),
             Self::BagFolder => Input {
@@ -330,8 +336,8 @@ pub fn write_good_files(folder: &Path) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, bytes).unwrap();
     };
-    for (name, bytes) in Kind::Tum.good().files {
-        write(&name.replacen("input", "tum", 1), &bytes);
+    for (name, bytes) in &Kind::Tum.good().files {
+        write(&name.replacen("input", "tum", 1), bytes);
     }
     write("bag.mcap", &bag());
     write("room.vmap", Kind::VisualMap.good().main().1);

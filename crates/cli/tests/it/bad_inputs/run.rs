@@ -61,7 +61,7 @@ impl Fixtures {
     /// Makes the input of a cell in a folder of its own and runs the command there.
     pub fn run(&self, cell: &Cell) -> Outcome {
         let place = in_memory();
-        let name = lay(cell, &cell.kind.good(), place.path());
+        let name = lay(cell, cell.kind.good(), place.path());
         let words: Vec<OsString> = cell
             .slot
             .command
