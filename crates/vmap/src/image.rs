@@ -59,7 +59,7 @@ fn unpack(bytes: &[u8]) -> Option<GrayImage> {
 }
 
 /// How a run packs the images of keyframes that the camera has not been near for long ([`visloc_slam::Slam::set_packing`]): as JPEG, in an eighth of
-/// the memory. The 160 keyframes that it was near last keep their images as they were taken, and 32 images are kept that were unpacked last.
+/// the memory. The 160 keyframes that it was near last keep their images as they were taken, and of the others the 32 that were asked for last stay unpacked.
 #[must_use]
 pub fn packing() -> Packing {
     let pack = |image: &GrayImage| encode_gray_jpeg(image, RESTING_QUALITY).ok();

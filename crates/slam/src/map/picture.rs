@@ -44,10 +44,10 @@ pub struct Packing {
     pub pack: Pack,
     /// Unpacks it.
     pub unpack: Unpack,
-    /// How many images stay as they were taken, those of the keyframes that the camera was near last. A landmark is looked for as it was seen first, in
-    /// whatever keyframe of the map: they should be as many as a room has, or images are unpacked again and again.
+    /// How many images stay as they were taken, those of the keyframes that the camera was near last.
     pub num_at_hand: usize,
-    /// Where unpacked ones are kept.
+    /// Where unpacked ones are kept. A landmark is looked for as it was seen first: there should be room for what some images in a row look at, or images
+    /// are unpacked again and again.
     pub shelf: Arc<PictureShelf>,
 }
 
@@ -65,7 +65,7 @@ impl Packing {
 }
 
 /// An image that is packed. It is unpacked when it is asked for, and kept as long as it is in use or among the last that were
-/// unpacked.
+/// asked for.
 #[derive(Debug)]
 pub struct PackedPicture {
     bytes: Box<[u8]>,
@@ -102,6 +102,7 @@ impl PackedPicture {
     fn pyramid(&self) -> Option<Arc<Pyramid>> {
         let mut unpacked = lock(&self.unpacked);
         if let Some(pyramid) = unpacked.upgrade() {
+            self.shelf.put(&pyramid);
             return Some(pyramid);
         }
         let (width, height) = (self.size_px.0 as usize, self.size_px.1 as usize);
@@ -114,10 +115,11 @@ impl PackedPicture {
     }
 }
 
-/// The images that were unpacked last: a bound on the memory that a large map takes.
+/// The unpacked images that were asked for last: a bound on the memory that a large map takes.
 #[derive(Debug)]
 pub struct PictureShelf {
     most: usize,
+    /// The one that was asked for last at the end.
     kept: Mutex<VecDeque<Arc<Pyramid>>>,
 }
 
@@ -128,8 +130,12 @@ impl PictureShelf {
         Self { most, kept: Mutex::default() }
     }
 
+    /// An image is asked for. What is in use is asked for many times in a row, so it is looked for from the end.
     fn put(&self, pyramid: &Arc<Pyramid>) {
         let mut kept = lock(&self.kept);
+        if let Some(place) = kept.iter().rposition(|other| Arc::ptr_eq(other, pyramid)) {
+            kept.remove(place);
+        }
         while kept.len() >= self.most {
             kept.pop_front();
         }
@@ -140,4 +146,26 @@ impl PictureShelf {
 /// What is locked is replaced as a whole, so that it is sound even after a panic.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_asked_for_last_stays_unpacked() {
+        let shelf = Arc::new(PictureShelf::new(2));
+        let unpack: Unpack = |bytes| GrayImage::from_raw(4, 3, bytes.to_vec()).ok();
+        let packed = [0, 1, 2].map(|gray| PackedPicture::new(vec![gray; 12], (4, 3), 1, unpack, &shelf));
+        let gray = |number: usize| packed[number].pyramid().unwrap().level(0).get(0, 0);
+        let are_unpacked = || packed.each_ref().map(|it| lock(&it.unpacked).strong_count() > 0);
+        assert_eq!([0, 1, 0, 2].map(gray), [0, 1, 0, 2]);
+        assert_eq!(are_unpacked(), [true, false, true], "the first was asked for again, the second was not");
+        // In use it stays, and is on the shelf again once it is asked for.
+        let in_use = packed[0].pyramid().unwrap();
+        assert_eq!([1, 2].map(gray), [1, 2]);
+        assert!(Arc::ptr_eq(&in_use, &packed[0].pyramid().unwrap()));
+        drop(in_use);
+        assert_eq!(are_unpacked(), [true, false, true]);
+    }
 }
