@@ -462,9 +462,9 @@ pub fn depth_spread(
 }
 
 /// A motion per second in depths of the scene that a frame shows.
-fn in_depths(mut velocity: Vector6<f64>, map: &Map, frame: &Frame) -> Vector6<f64> {
-    velocity.fixed_rows_mut::<3>(0).unscale_mut(scene_depth(map, frame));
-    velocity
+fn in_depths(v: Vector6<f64>, map: &Map, frame: &Frame) -> Vector6<f64> {
+    let depth = scene_depth(map, frame);
+    Vector6::new(v.x / depth, v.y / depth, v.z / depth, v.w, v.a, v.b)
 }
 
 /// Median depth of the landmarks of a frame, map units; 1 without landmarks.
