@@ -142,24 +142,20 @@ fn fixed(value: f32) -> i64 {
 
 /// An image at places on a line, between its pixels; beyond its border its last pixels go on.
 fn sample_along(image: &GrayImage, start: &Vector2<i64>, step: &Vector2<i64>, out: &mut [u8]) {
-    let (width, height, bits) = (image.width(), image.height(), u16::BITS);
-    let last = Vector2::new(width, height).map(|size| (size.saturating_sub(1) as i64) << bits);
-    let data = image.data();
+    let (width, height) = (image.width(), image.height());
+    // Just before the last column and row.
+    let last = Vector2::new(width, height).map(|size| ((size.saturating_sub(1) as i64) << u16::BITS) - 1);
     let mut place = *start;
     for pixel in out {
-        let (x, y) = (place.x.clamp(0, last.x) as usize, place.y.clamp(0, last.y) as usize);
-        // The last column and row are reached from those before.
-        let left = (x >> bits).min(width.saturating_sub(2));
-        let upper = (y >> bits).min(height.saturating_sub(2));
-        let (along, down) = ((x - (left << bits)) as u64, (y - (upper << bits)) as u64);
-        let pair = |row: usize| {
-            let pixels = data.get(row * width + left..).and_then(|pixels| pixels.first_chunk::<2>());
-            let [a, b] = pixels.map_or([0; 2], |pixels| pixels.map(u64::from));
-            (a << bits) + b * along - a * along
-        };
-        let (top, bottom) = (pair(upper), pair(upper + 1));
-        let value = (top << bits) + bottom * down - top * down;
-        *pixel = ((value >> (bits + bits - 1)) + 1 >> 1) as u8;
+        let (x, y) = (place.x.min(last.x).max(0) as usize, place.y.min(last.y).max(0) as usize);
+        let first = (y >> u16::BITS) * width + (x >> u16::BITS);
+        let [along, down] = [x, y].map(|at| u32::from((at >> u8::BITS) as u8));
+        let Some(pixels) = image.data().get(first..first + width + 2) else { break };
+        let [a, b, c, d] = [0, 1, width, width + 1].map(|i| u32::from(pixels[i]));
+        let [top, bottom] =
+            [(a, b), (c, d)].map(|(left, right)| (left << u8::BITS) + along * right - along * left);
+        let value = (top << u8::BITS) + down * bottom - down * top;
+        *pixel = ((value + (1 << (u16::BITS - 1))) >> u16::BITS) as u8;
         place += step;
     }
 }
@@ -232,6 +228,9 @@ mod tests {
         let exposure = exposure(Vector2::new(0.0, 0.02));
         let none = exposure.left_by(&exposure.readout);
         assert!(none.readout.is_at_once());
-        assert_eq!(none.at_once(&image, &camera), image);
+        let same = none.at_once(&image, &camera);
+        for (x, y) in (0..32).flat_map(|x| (0..16).map(move |y| (x, y))) {
+            assert_eq!(same.get(x, y), image.get(x, y), "{x}, {y}");
+        }
     }
 }
