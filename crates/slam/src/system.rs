@@ -172,7 +172,8 @@ impl Slam {
     /// The camera as calibrated and as it is known now.
     #[must_use]
     pub fn session_camera(&self) -> SessionCamera {
-        SessionCamera { calibrated: self.front_end.calibrated, camera: self.front_end.camera }
+        let FrontEnd { calibrated, camera, readout, .. } = self.front_end;
+        SessionCamera { calibrated, camera, readout }
     }
 
     /// The map so far, as tracking sees it.

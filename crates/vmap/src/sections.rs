@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use visloc_core::geom::{Camera, Distortion};
-use visloc_slam::map::{Map, PictureShelf, SessionCamera, StoredKeyframe, StoredLandmark, StoredMap};
+use visloc_slam::{
+    Readout,
+    map::{Map, PictureShelf, SessionCamera, StoredKeyframe, StoredLandmark, StoredMap},
+};
 
 use crate::{
     Damage, MapScale, OpenedMap, ScaleSource, Session, VisualMap, VmapError,
@@ -16,12 +19,15 @@ const SESSIONS: Kind = Kind(*b"SESS");
 const SCALES: Kind = Kind(*b"SCAL");
 const LEVELS: Kind = Kind(*b"LEVL");
 const CAMERAS: Kind = Kind(*b"CAMS");
+const READOUTS: Kind = Kind(*b"READ");
 const KEYFRAMES: Kind = Kind(*b"KEYF");
 const LANDMARKS: Kind = Kind(*b"LAND");
 const PICTURE: Kind = Kind(*b"PICT");
 
 /// Landmarks of a section: what one damaged byte costs.
 const LANDMARKS_A_SECTION: usize = 512;
+/// Longest readout: no camera that makes a video takes that long for an image.
+const MOST_READOUT_SECS: f64 = 1.0;
 /// Most keyframes and cameras. Far more than a file has room for.
 const MOST_KEYFRAMES: usize = 1 << 20;
 
@@ -77,6 +83,11 @@ fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
     if map.levels.contains(&true) || map.scales.iter().any(is_aligned) {
         sections.push(section(LEVELS, 0, &map.levels));
     }
+    // What is not said is that all cameras expose all at once.
+    if stored.cameras.iter().any(|camera| !camera.readout.is_at_once()) {
+        let readouts: Vec<[f64; 2]> = stored.cameras.iter().map(|camera| camera.readout.0.into()).collect();
+        sections.push(section(READOUTS, 0, &readouts));
+    }
     for (number, landmarks) in (0..).zip(stored.landmarks.chunks(LANDMARKS_A_SECTION)) {
         sections.push(section(LANDMARKS, number, &landmarks));
     }
@@ -107,10 +118,18 @@ fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
         });
     }
     let cameras: Vec<(PlainCamera, PlainCamera)> = reader.needed(CAMERAS)?;
-    let session = |(calibrated, camera): &(PlainCamera, PlainCamera)| {
-        Ok(SessionCamera { calibrated: calibrated.camera()?, camera: camera.camera()? })
+    // Files of cameras that expose all at once, and of earlier versions, have none.
+    let readouts: Vec<[f64; 2]> = match reader.of_kind(READOUTS)[..] {
+        [] => Vec::new(),
+        _ => reader.spared(READOUTS, "how long images take to be exposed is not known"),
     };
-    let cameras: Result<Vec<SessionCamera>, String> = cameras.iter().map(session).collect();
+    let session = |(number, (calibrated, camera)): (usize, &(PlainCamera, PlainCamera))| {
+        let is_possible = |secs: &[f64; 2]| secs.iter().all(|secs| secs.abs() <= MOST_READOUT_SECS);
+        let readout = readouts.get(number).copied().filter(is_possible).unwrap_or_default();
+        let readout = Readout(readout.into());
+        Ok(SessionCamera { calibrated: calibrated.camera()?, camera: camera.camera()?, readout })
+    };
+    let cameras: Result<Vec<SessionCamera>, String> = cameras.iter().enumerate().map(session).collect();
     let cameras =
         cameras.map_err(|reason| VmapError::Section { section: name(CAMERAS, None).to_owned(), reason })?;
     let keyframes: Vec<StoredKeyframe> = reader.needed(KEYFRAMES)?;
@@ -135,6 +154,7 @@ fn name(kind: Kind, number: Option<u32>) -> String {
         SCALES => "scales",
         LEVELS => "levels",
         CAMERAS => "cameras",
+        READOUTS => "readouts",
         KEYFRAMES => "keyframes",
         LANDMARKS => "landmarks",
         PICTURE => "picture",

@@ -296,7 +296,7 @@ fn a_map_of_views_with_given_poses_locates_the_views_between() {
         assert!(apart.translation().norm() < 1e-9 && apart.rotation_angle_rad() < 1e-6, "the poses stay");
     }
     assert!(map.landmarks().count() > 100, "{}", map.landmarks().count());
-    let camera = visloc_slam::map::SessionCamera { calibrated: clip.camera, camera: clip.camera };
+    let camera = visloc_slam::map::SessionCamera::as_calibrated(&clip.camera);
     let map = VisualMap { map, ..VisualMap::default() };
     let map = VisualMap::from_bytes(&map.to_bytes(&camera)).unwrap().map;
     let mut num = 0;

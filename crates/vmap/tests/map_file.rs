@@ -4,12 +4,18 @@
 
 use std::{fs, path::PathBuf, sync::LazyLock};
 
+use nalgebra::Vector2;
 use visloc_core::{
-    GrayImage, ImageSource, RngTree, Source, Timestamp,
+    CameraPose, CameraTrajectory, GrayImage, ImageSource, RngTree, Source, Timestamp,
+    eval::camera::{Alignment, absolute_error, associate},
     geom::{Camera, Distortion},
 };
-use visloc_io::sequence::{SequenceRange, open_tum};
-use visloc_slam::{Schedule, Slam, SlamConfig, TrackingState, map::Map};
+use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
+use visloc_slam::{
+    Exposure, Readout, Schedule, Slam, SlamConfig, TrackingState,
+    lie::log,
+    map::{Map, SessionCamera},
+};
 use visloc_vmap::{FORMAT_VERSION, MapScale, ScaleSource, Session, VisualMap, VmapError, load, save};
 
 /// Images of the clip from which the map is made; the others are new to it.
@@ -261,4 +267,59 @@ fn a_file_gets_its_name_when_it_is_complete_and_the_one_before_is_kept() {
     assert!(load(&path).unwrap().map.sessions == [Session::default()]);
     let names = fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 2, "nothing else is left behind");
+}
+
+/// The clip as a camera would have taken it that exposes its rows one after the other, and where it was.
+fn bent_clip(readout: Readout) -> (Vec<GrayImage>, CameraTrajectory) {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
+    let truth = read_camera_trajectory(&folder.join("groundtruth.txt")).unwrap();
+    let (camera, images) = clip();
+    let (mut bent, mut way) = (Vec::new(), CameraTrajectory::new());
+    for (i, image) in images.iter().enumerate() {
+        let pose = |i: usize| truth.poses()[i].world_from_camera;
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(images.len() - 1));
+        let secs = time(after).secs_since(time(before));
+        let mut motion = log(&(pose(after).inverse() * pose(before))) / secs;
+        // The desk is about so many meters away.
+        motion.fixed_rows_mut::<3>(0).unscale_mut(1.5);
+        bent.push(Exposure { motion, readout: Readout(-readout.0) }.at_once(image, &camera));
+        way.push(CameraPose { at: time(i), world_from_camera: pose(i) }).unwrap();
+    }
+    (bent, way)
+}
+
+#[test]
+fn a_map_knows_how_long_its_camera_exposes_and_images_are_put_right_by_that() {
+    let (camera, _) = clip();
+    let readout = Readout(Vector2::new(0.0, 0.03));
+    let error = |taken: Readout, known: Readout| {
+        let (images, truth) = bent_clip(taken);
+        let mut slam = Slam::in_fixed_map(map_by(known), &camera, &config(), 1).unwrap();
+        assert_eq!(slam.readout(), known);
+        for (number, image) in images.into_iter().enumerate() {
+            slam.add_frame(time(number), image).unwrap();
+        }
+        let mut found = CameraTrajectory::new();
+        for pose in slam.trajectory() {
+            found.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera }).unwrap();
+        }
+        let pairs = associate(&truth, &found, 0.01);
+        assert!(pairs.len() > 50, "{}", pairs.len());
+        absolute_error(&pairs, Alignment::Similarity).unwrap().statistics.rmse
+    };
+    let at_once = Readout::default();
+    let errors = [(at_once, at_once), (readout, at_once), (readout, readout)].map(|(a, b)| error(a, b));
+    let [least, without, with] = errors;
+    assert!(with - least < 0.5 * (without - least), "{errors:?}");
+}
+
+/// The taught map of a camera that takes so long to expose an image.
+fn map_by(readout: Readout) -> Map {
+    let (camera, images) = clip();
+    let mut slam = Slam::new(&camera, &config(), 1).unwrap();
+    for (number, image) in images.into_iter().enumerate().take(NUM_TAUGHT) {
+        slam.add_frame(time(number), image).unwrap();
+    }
+    let map = VisualMap { map: slam.map().clone(), ..VisualMap::default() };
+    opened(&map.to_bytes(&SessionCamera { readout, ..slam.session_camera() })).map
 }

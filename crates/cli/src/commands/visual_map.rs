@@ -144,7 +144,7 @@ fn cameras_of(map: &VisualMap) -> Vec<SessionCamera> {
 
 /// Whose keyframes have no camera of their own: every keyframe of a map that was read has one.
 pub fn nobody() -> SessionCamera {
-    SessionCamera { calibrated: Camera::default(), camera: Camera::default() }
+    SessionCamera::as_calibrated(&Camera::default())
 }
 
 /// The map that has most keyframes.

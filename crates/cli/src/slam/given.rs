@@ -75,7 +75,7 @@ pub fn map_given_poses(
         levels: vec![true],
         sessions: vec![map_file::session((&args.source, args.seed.value()), num_views)],
     };
-    map_file::write(out, &map, &SessionCamera { calibrated: camera, camera })?;
+    map_file::write(out, &map, &SessionCamera::as_calibrated(&camera))?;
     match broken {
         Some(error) => bail!("{error}{}", say::before(num_images, "image", "done")),
         None => Ok(()),

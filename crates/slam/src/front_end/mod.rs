@@ -151,10 +151,16 @@ impl FrontEnd {
         seed: u64,
         keeping: Keeping,
     ) -> Self {
-        let calibrated = known.calibrated;
+        let SessionCamera { calibrated, readout, .. } = *known;
         let phase = Phase::Lost;
-        let mut front_end =
-            Self { calibrated, map: map.clone(), phase, keeping, ..Self::new(&known.camera, config, seed) };
+        let mut front_end = Self {
+            calibrated,
+            readout,
+            map: map.clone(),
+            phase,
+            keeping,
+            ..Self::new(&known.camera, config, seed)
+        };
         if keeping == Keeping::Extending {
             front_end.relocator.doubt();
         }

@@ -9,7 +9,13 @@ use visloc_core::{
 };
 
 use super::{KeyframePicture, LandmarkId};
-use crate::{image::Pyramid, lie::CameraFromWorld, odometry::OdomPose, recognize::View, shutter::Exposure};
+use crate::{
+    image::Pyramid,
+    lie::CameraFromWorld,
+    odometry::OdomPose,
+    recognize::View,
+    shutter::{Exposure, Readout},
+};
 
 /// Number of a keyframe, in order of creation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,6 +50,16 @@ pub struct SessionCamera {
     pub calibrated: Camera,
     /// As the map knew it in the end.
     pub camera: Camera,
+    /// How long it took to expose an image, as the map knew it in the end.
+    pub readout: Readout,
+}
+
+impl SessionCamera {
+    /// A camera that is as it was calibrated, as far as maps know.
+    #[must_use]
+    pub fn as_calibrated(camera: &Camera) -> Self {
+        Self { calibrated: *camera, camera: *camera, readout: Readout::default() }
+    }
 }
 
 /// A frame that the map keeps.

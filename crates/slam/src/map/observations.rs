@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn short_ones_are_what_they_are_when_measured() {
         let camera = Camera::pinhole((640, 480), (500.0, 510.0), (320.0, 240.0)).unwrap();
-        let session = || Arc::new(SessionCamera { calibrated: camera, camera });
+        let session = || Arc::new(SessionCamera::as_calibrated(&camera));
         let short = |keyframe: u32| ShortObservation {
             keyframe: KeyframeId(keyframe),
             px: [100.3 + keyframe as f32, 7.7],

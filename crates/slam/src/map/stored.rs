@@ -275,7 +275,7 @@ impl Map {
             keyframe.foreign.as_deref().filter(|foreign| foreign.calibrated == *calibrated).copied()
         };
         let known = self.keyframes.iter().rev().find_map(of_same);
-        let camera = known.unwrap_or(SessionCamera { calibrated: *calibrated, camera: *calibrated });
+        let camera = known.unwrap_or(SessionCamera::as_calibrated(calibrated));
         for index in 0..self.keyframes.len() {
             if of_same(&self.keyframes[index]).is_some() {
                 self.keyframes[index].foreign = None;

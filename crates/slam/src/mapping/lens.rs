@@ -19,7 +19,7 @@ use visloc_core::{
 use super::adjust::{CHI2, adjust_all, collect};
 use crate::{
     config::MappingConfig,
-    map::{KeyframeId, LandmarkId, Map},
+    map::{KeyframeId, LandmarkId, Map, SessionCamera},
     shutter::Readout,
     solve::{Bundle, BundleLens, BundleObservation, BundleSettings},
     track::focal_px,
@@ -68,13 +68,14 @@ impl LensEstimator {
     }
 
     /// For a camera that an earlier session knows better than its calibration does, and a map that was settled then.
-    pub fn resume(calibrated: &Camera, camera: &Camera, num_keyframes: usize) -> Self {
+    pub fn resume(known: &SessionCamera, num_keyframes: usize) -> Self {
+        let SessionCamera { calibrated, camera, readout } = known;
         let first = |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
         let next_at = FIRST_SETTLED_AT.max((num_keyframes as f64 * SETTLED_WAIT).ceil() as usize);
         Self {
             calibrated: *calibrated,
             change: first(camera) - first(calibrated),
-            readout: Readout::default(),
+            readout: *readout,
             next_at,
         }
     }

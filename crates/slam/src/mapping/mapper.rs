@@ -58,7 +58,7 @@ impl Mapper {
     #[must_use]
     pub fn resume(map: &Map, known: &SessionCamera, config: &SlamConfig) -> Self {
         let num_keyframes = map.all_keyframes().count();
-        let lens = LensEstimator::resume(&known.calibrated, &known.camera, num_keyframes);
+        let lens = LensEstimator::resume(known, num_keyframes);
         Self { lens, ..Self::new(&known.camera, config) }
     }
 

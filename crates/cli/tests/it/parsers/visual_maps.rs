@@ -55,8 +55,8 @@ pub fn seeds() -> Vec<Vec<u8>> {
     let sessions = vec![Session { source: "wall".to_owned(), num_images: 2, ..Session::default() }];
     let map = VisualMap { map, scales, levels: vec![true], sessions };
     vec![
-        map.to_bytes(&SessionCamera { calibrated: camera, camera }),
-        VisualMap::default().to_bytes(&SessionCamera { calibrated: camera, camera }),
+        map.to_bytes(&SessionCamera::as_calibrated(&camera)),
+        VisualMap::default().to_bytes(&SessionCamera::as_calibrated(&camera)),
     ]
 }
 
@@ -68,7 +68,7 @@ pub fn read(bytes: &[u8]) {
     for (_, keyframe) in map.all_keyframes() {
         let _ = keyframe.pyramid();
     }
-    let again = opened.map.to_bytes(&SessionCamera { calibrated: camera, camera });
+    let again = opened.map.to_bytes(&SessionCamera::as_calibrated(&camera));
     // What was read can be written and read again.
     assert!(VisualMap::from_bytes(&again).is_ok());
 }
