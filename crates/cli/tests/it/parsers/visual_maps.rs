@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
+use nalgebra::{Matrix2, Point2, Rotation3, Vector2, Vector3};
 use visloc_core::{
     GrayImage, Timestamp,
     geom::{Camera, Rigid3},
 };
 use visloc_slam::{
+    Readout,
     image::Pyramid,
     map::{LandmarkState, Map, NewKeyframe, Observation, SessionCamera},
     mapping::DepthFilter,
@@ -54,8 +55,9 @@ pub fn seeds() -> Vec<Vec<u8>> {
     let scales = vec![MapScale { source: ScaleSource::TwoPoints, relative_sigma: 0.01 }];
     let sessions = vec![Session { source: "wall".to_owned(), num_images: 2, ..Session::default() }];
     let map = VisualMap { map, scales, levels: vec![true], sessions };
+    let readout = Readout(Vector2::new(0.0, 0.02));
     vec![
-        map.to_bytes(&SessionCamera::as_calibrated(&camera)),
+        map.to_bytes(&SessionCamera { readout, ..SessionCamera::as_calibrated(&camera) }),
         VisualMap::default().to_bytes(&SessionCamera::as_calibrated(&camera)),
     ]
 }
