@@ -187,14 +187,24 @@ impl Tracker {
         }
         report.expected_from_world = predicted;
         self.hold_place(map, incoming, &mut report);
-        let motion = report.frame.camera_from_world * last.camera_from_world.inverse();
-        let velocity = self.motion.velocity_after(&motion, incoming.at.secs_since(last.at));
-        report.frame.exposure = velocity.map(|velocity| Exposure {
-            motion: in_depths(velocity, map, &report.frame),
-            readout: incoming.readout,
-        });
+        if report.quality != Quality::Bad {
+            report.frame.exposure = self.exposure_of(map, &report.frame, last, incoming);
+        }
         work.timer.end("pose");
         Some(report)
+    }
+
+    /// How a frame was exposed whose pose is known; `None` just after a start.
+    fn exposure_of(
+        &self,
+        map: &Map,
+        frame: &Frame,
+        last: &Frame,
+        incoming: &Incoming<'_>,
+    ) -> Option<Exposure> {
+        let motion = frame.camera_from_world * last.camera_from_world.inverse();
+        let velocity = self.motion.velocity_after(&motion, incoming.at.secs_since(last.at))?;
+        Some(Exposure { motion: in_depths(velocity, map, frame), readout: incoming.readout })
     }
 
     /// As [`Tracker::track_near`], but looks around each place first: the farther, the longer ago the last frame is.
