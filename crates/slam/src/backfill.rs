@@ -185,7 +185,7 @@ impl Backfill {
         let tracker = self.tracker.as_mut()?;
         let rng = if *is_of_start { rng } else { &mut self.rng };
         let mut timer = StageTimer::start(Clock::still());
-        let incoming = Incoming::at_once(*number, *at, pyramid);
+        let incoming = Incoming::of_image(*number, *at, pyramid);
         let report = tracker.track(map, &incoming, &mut FrameWork { rng, timer: &mut timer })?;
         if report.quality == Quality::Bad {
             return None;

@@ -1,6 +1,6 @@
 //! Semi-direct monocular SLAM: where one calibrated camera is, and a sparse map of what it sees, from images alone.
 //!
-//! A frame flows through the folders in this order: [`image`] (pyramid) -> [`start`] (the first two keyframes) or
+//! A frame flows through the folders in this order: [`image`] (pyramid; before it, what a rolling shutter bent is put right) -> [`start`] (the first two keyframes) or
 //! [`track`] (pose by image alignment, matching of the local map, robust pose) -> [`mapping`] (new landmarks, depth
 //! filters, bundle adjustment, culling), all on one [`map`]. [`recognize`] finds places that were seen before: for a camera that
 //! is lost, and for [`atlas`], which closes loops and joins maps. [`Slam`] ties them together. [`SelfCalibrator`] finds a camera that nobody

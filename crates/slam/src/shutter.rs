@@ -11,16 +11,9 @@ use nalgebra::{Point2, Vector2, Vector3, Vector6};
 use visloc_core::{GrayImage, geom::Camera};
 
 /// Seconds between the exposures of the left and the right border of an image, and of its upper and its lower one. Images of phones that were
-/// turned upright have columns one after the other, and upside down the last row is the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// turned upright have columns one after the other, and upside down the last row is the first. Zero where all is exposed at once.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Readout(pub Vector2<f64>);
-
-impl Default for Readout {
-    /// All pixels at once.
-    fn default() -> Self {
-        Self(Vector2::zeros())
-    }
-}
 
 impl Readout {
     /// Whether all pixels are exposed at once.
@@ -46,7 +39,7 @@ fn place_in_image(px: &Point2<f64>, camera: &Camera) -> Vector2<f64> {
 pub struct Exposure {
     /// How the scene moved before the camera, per second: a twist whose lengths are in depths of the scene.
     pub motion: Vector6<f64>,
-    /// With what the image has been put right.
+    /// The readout that is to be undone; of frames and keyframes, whose images have been put right, the one that was.
     pub readout: Readout,
 }
 

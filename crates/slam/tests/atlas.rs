@@ -140,7 +140,7 @@ fn a_forced_wrong_candidate_is_refused_with_a_reason() {
     let locate = |image: &GrayImage| {
         let pyramid = Arc::new(Pyramid::new(image.clone(), config.features.pyramid_levels));
         let view = View::of_image(&pyramid, &camera, &config.features);
-        let incoming = Incoming::at_once(0, Timestamp::default(), &pyramid);
+        let incoming = Incoming::of_image(0, Timestamp::default(), &pyramid);
         let (mut rng, mut timer) = (RngTree::new(1).stream("test", 0), StageTimer::start(Clock::still()));
         let mut work = FrameWork { rng: &mut rng, timer: &mut timer };
         Locator::new(&camera, &config).locate(map, candidate, (&view, &incoming), &mut work)

@@ -129,7 +129,7 @@ fn sight(
 ) -> Result<Sighting, Option<Refusal>> {
     let own = map.keyframe(id);
     let (pyramid, view) = (own.pyramid().ok_or(None)?, own.view.as_deref().ok_or(None)?);
-    let incoming = Incoming::at_once(own.frame, own.at, &pyramid);
+    let incoming = Incoming::of_image(own.frame, own.at, &pyramid);
     let ranked = map.index().query_beside(view, |other| map.keyframe(other).map != into);
     let mut refused = None;
     for candidate in ranked.iter().filter(|ranked| map.keyframe(ranked.keyframe).map == into).take(TRIES) {

@@ -285,7 +285,7 @@ impl Recognizer {
         let nothing = Refusal::FewAlike { num: 0 };
         let own = map.keyframe(keyframe);
         let pyramid = own.pyramid().ok_or(nothing)?;
-        let incoming = Incoming::at_once(own.frame, own.at, &pyramid);
+        let incoming = Incoming::of_image(own.frame, own.at, &pyramid);
         let mut searched = map.with_active(map.keyframe(around).map);
         // Landmarks of this visit are where the way has drifted to: they would pull the pose there.
         let began = visit_began(map, keyframe);

@@ -189,11 +189,10 @@ impl FrontEnd {
         let number = self.number();
         let mut pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
         timer.end("pyramid");
-        let as_taken = Incoming { odometry, ..Incoming::at_once(number, at, &pyramid) };
-        let put_right = self.put_right(&as_taken);
-        let readout = put_right.as_ref().map(|_| self.readout).unwrap_or_default();
-        if let Some(put_right) = put_right {
-            pyramid = Arc::new(put_right);
+        let mut readout = Readout::default();
+        let as_taken = Incoming { odometry, ..Incoming::of_image(number, at, &pyramid) };
+        if let Some(put_right) = self.put_right(&as_taken) {
+            (pyramid, readout) = (Arc::new(put_right), self.readout);
             timer.end("rolling shutter");
         }
         let incoming = Incoming { number, at, pyramid: &pyramid, odometry, readout };

@@ -31,9 +31,9 @@ pub struct Incoming<'a> {
 }
 
 impl<'a> Incoming<'a> {
-    /// An image of a camera without odometry, as it was exposed.
+    /// An image of a camera without odometry, as it is.
     #[must_use]
-    pub fn at_once(number: usize, at: Timestamp, pyramid: &'a Arc<Pyramid>) -> Self {
+    pub fn of_image(number: usize, at: Timestamp, pyramid: &'a Arc<Pyramid>) -> Self {
         Self { number, at, pyramid, odometry: None, readout: Readout::default() }
     }
 }
