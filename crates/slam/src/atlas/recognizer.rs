@@ -49,11 +49,16 @@ struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Whether enough keyframes agree. A faint place is seen from afar at first, and the size of the maps to each other is off by a percent
-    /// and more then; it waits until a keyframe shows no more of it than the one before.
-    fn is_sure(&self) -> bool {
+    /// Whether enough keyframes agree. What is known of the way tells a loop from a place that looks alike; between maps, where nothing is,
+    /// rooms with the same furniture are told apart by what is missing: some keyframe must find more of what it should see there than it
+    /// misses. A faint place is seen from afar at first, and the size of the maps to each other is off by a percent and more then; it waits
+    /// until a keyframe shows no more of it than the one before.
+    fn is_sure(&self, active: MapId) -> bool {
+        let finds_most = |sighting: &Sighting| 2 * sighting.found.0 > sighting.found.1;
+        let is_shown = self.map == active || self.sightings.iter().any(finds_most);
         let is_growing = matches!(&self.sightings[..], [.., last, newest] if newest.found.0 > last.found.0);
-        self.sightings.len() >= IN_A_ROW && !(self.is_faint && self.num_missed == 0 && is_growing)
+        let may_show_more = self.is_faint && self.num_missed == 0 && is_growing;
+        self.sightings.len() >= IN_A_ROW && is_shown && !may_show_more
     }
 }
 
@@ -154,7 +159,8 @@ impl Recognizer {
             _ => None,
         };
         timer.end("recognize");
-        let done = match (self.pending.take_if(|pending| pending.is_sure()), revisit) {
+        let active = map.active();
+        let done = match (self.pending.take_if(|pending| pending.is_sure(active)), revisit) {
             (Some(sure), _) => self.close(map, &sure),
             (None, RevisitStep::Began(candidate)) => Some(Meeting::Followed { candidate }),
             _ => meeting,
@@ -392,13 +398,23 @@ mod tests {
         Hypothesis { map: MapId(0), candidate: KeyframeId(0), is_faint, sightings, num_missed: 0 }
     }
 
+    /// The active map where it is not the one of the earlier place.
+    const ANOTHER: MapId = MapId(1);
+
     #[test]
     fn a_faint_place_is_joined_once_no_more_of_it_comes_into_view() {
-        assert!(!seen(&[30, 30], false).is_sure(), "two keyframes are too few");
-        assert!(seen(&[30, 40, 50], false).is_sure());
-        assert!(!seen(&[30, 40, 50], true).is_sure(), "the next one may show more");
-        assert!(seen(&[30, 40, 50, 50], true).is_sure());
-        let missed = Hypothesis { num_missed: 1, ..seen(&[30, 40, 50], true) };
-        assert!(missed.is_sure(), "it is out of view");
+        assert!(!seen(&[60, 60], false).is_sure(ANOTHER), "two keyframes are too few");
+        assert!(seen(&[60, 70, 80], false).is_sure(ANOTHER));
+        assert!(!seen(&[60, 70, 80], true).is_sure(ANOTHER), "the next one may show more");
+        assert!(seen(&[60, 70, 80, 80], true).is_sure(ANOTHER));
+        let missed = Hypothesis { num_missed: 1, ..seen(&[60, 70, 80], true) };
+        assert!(missed.is_sure(ANOTHER), "it is out of view");
+    }
+
+    #[test]
+    fn a_room_with_the_same_windows_is_not_joined() {
+        assert!(!seen(&[26, 27, 25, 25], true).is_sure(ANOTHER), "most that should be there is not");
+        assert!(seen(&[26, 27, 25, 55, 45], true).is_sure(ANOTHER), "the camera has come nearer");
+        assert!(seen(&[26, 27, 25], false).is_sure(MapId(0)), "a loop is known by the way, too");
     }
 }
