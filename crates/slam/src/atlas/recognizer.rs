@@ -13,7 +13,7 @@ use crate::{
     config::SlamConfig,
     map::{Correction, KeyframeId, LandmarkId, Map, MapId},
     mapping::adjust_local,
-    recognize::{Located, Locator, Ranked, Refusal, View},
+    recognize::{Located, Locator, Ranked, Refusal, View, is_most},
     timing::StageTimer,
     track::{FrameWork, Incoming, focal_px},
 };
@@ -49,13 +49,11 @@ struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Whether enough keyframes agree. What is known of the way tells a loop from a place that looks alike; between maps, where nothing is,
-    /// rooms with the same furniture are told apart by what is missing: some keyframe must find more of what it should see there than it
-    /// misses. A faint place is seen from afar at first, and the size of the maps to each other is off by a percent and more then; it waits
-    /// until a keyframe shows no more of it than the one before.
+    /// Whether enough keyframes agree. What is known of the way tells a loop from a place that looks alike; between maps, of which nothing is
+    /// known, one of the keyframes must show most of what is there. A faint place is seen from afar at first, and the size of the maps to each
+    /// other is off by a percent and more then; it waits until a keyframe shows no more of it than the one before.
     fn is_sure(&self, active: MapId) -> bool {
-        let finds_most = |sighting: &Sighting| 2 * sighting.found.0 > sighting.found.1;
-        let is_shown = self.map == active || self.sightings.iter().any(finds_most);
+        let is_shown = self.map == active || self.sightings.iter().any(|sighting| is_most(sighting.found));
         let is_growing = matches!(&self.sightings[..], [.., last, newest] if newest.found.0 > last.found.0);
         let may_show_more = self.is_faint && self.num_missed == 0 && is_growing;
         self.sightings.len() >= IN_A_ROW && is_shown && !may_show_more

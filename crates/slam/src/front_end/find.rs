@@ -6,7 +6,7 @@ use super::{FrontEnd, Keeping, PROBATION_FRAMES, Phase};
 use crate::{
     map::{KeyframeId, Map},
     outcome::{FrameOutcome, TrackingState},
-    recognize::{Located, Refusal, Rival, SURE, are_apart},
+    recognize::{Located, Refusal, Rival, SURE, are_apart, is_most},
     schedule::Job,
     timing::StageTimer,
     track::{FrameWork, Incoming, LocalMap, TrackReport},
@@ -100,13 +100,19 @@ impl FrontEnd {
         is_better.then(|| self.go_on_at(located, outcome, timer))
     }
 
-    /// Looks for the keyframe of any map that shows the place.
+    /// Looks for the keyframe of any map that shows the place. What goes on in the wrong room is never parted from its map again, what begins a
+    /// map is joined later: a map that grows is gone on with only where most of it is seen.
     fn recognize(
         &mut self,
         incoming: &Incoming<'_>,
         timer: &mut StageTimer,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        self.recognize_among(|_| true, incoming, timer)
+        let located = self.recognize_among(|_| true, incoming, timer)?;
+        let found = (located.report.num_matched, located.report.num_searched);
+        if self.keeping == Keeping::Growing && !is_most(found) {
+            return Err(Some((located.keyframe, Refusal::FewFound { num: found.0, of: found.1 })));
+        }
+        Ok(located)
     }
 
     /// Looks for the keyframe, one of some, that shows the place.
