@@ -8,7 +8,7 @@
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
 //!
-//! Tables may be YAML or JSON, and the camera may stand in a table of its own: what RealSense and Open3D write is read as well.
+//! Tables may be YAML, JSON or TOML, and the camera may stand in a table of its own: what RealSense and Open3D write is read as well.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -21,7 +21,7 @@ use visloc_core::{
 use super::{
     lens_names::ros_model,
     models::in_form_of_model,
-    read::in_known_form,
+    read::{in_known_form, is_toml},
     tables::{Table, Value},
     yaml_forms::{is_lens, matrices},
 };
@@ -88,7 +88,8 @@ impl Calibration {
 pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     let text = files::read_text(path).map_err(FileError::io(path))?;
     let form = |reason| FileError::form(path, reason);
-    let table = Table::read(&text);
+    let of_toml = if is_toml(path) { Table::of_foreign_toml(&text) } else { None };
+    let table = of_toml.map_or_else(|| Table::read(&text), Ok);
     if let Some(camera) = in_known_form(path, &text) {
         let camera = camera.map_err(form)?;
         let table = table.and_then(Table::of_camera).ok().flatten().unwrap_or_default();
@@ -179,8 +180,9 @@ impl<'a> Keys<'a> {
 
     fn number(&self, names: &[&str]) -> Result<f64, FileError> {
         self.optional(names)?.ok_or_else(|| {
+            let sign = if is_toml(self.path) { " =" } else { ":" };
             let reason =
-                format!("expected a line '{}: NUMBER', found none; known are {KNOWN_FORMS}", names[0]);
+                format!("expected a line '{}{sign} NUMBER', found none; known are {KNOWN_FORMS}", names[0]);
             FileError::form(self.path, reason)
         })
     }
@@ -514,6 +516,35 @@ mod tests {
         fs::write(&path, table.replace("[500.0, 501.0]", "[500.0]")).unwrap();
         let error = read_calibration(&path).unwrap_err().to_string();
         assert!(error.contains("line 3") && error.contains("camera.toml"), "{error}");
+        // The keys of other forms, as people write them by hand.
+        let by_hand = OURS.replace(": ", " = ");
+        let lens = "distortion = [0.1, -0.2, 0.001, 0.002]";
+        let separate = "k1 = 0.1\nk2 = -0.2\np1 = 0.001\np2 = 0.002";
+        let ours = read(OURS).unwrap();
+        for text in [
+            by_hand.clone(),
+            format!("model = \"radtan\"\n{by_hand}"),
+            format!("[camera]\n{by_hand}"),
+            by_hand.replace(lens, separate),
+            "image_width = 640\nimage_height = 480\nfps = 20\nK = [[500, 0, 319.5], [0, 501, 239.5], [0, 0, 1]]\n\
+             D = [0.1, -0.2, 0.001, 0.002, 0]\n"
+                .to_owned(),
+        ] {
+            fs::write(&path, &text).unwrap();
+            let found = read_calibration(&path).map_err(|error| error.to_string());
+            assert_eq!(found.map(|found| Calibration { rate_hz: Some(20.0), ..found }), Ok(ours.clone()), "{text}");
+        }
+        for (from, to, expected) in [
+            ("cy = 239.5 # middle\n", "", "expected a line 'cy = NUMBER', found none"),
+            ("fx = 500", "fx = \"wide\"", "line 3: expected a number for fx, found 'wide'"),
+            ("width = 640", "width = 640.5", "line 1: expected width and height in whole pixels"),
+            ("fps = 20", "size_px = [640, 480]", "focal_px = [fx, fy]"),
+            ("fx = 500", "f = 500", "focal_px = [fx, fy]"),
+        ] {
+            fs::write(&path, by_hand.replace(from, to)).unwrap();
+            let error = read_calibration(&path).unwrap_err().to_string();
+            assert!(error.contains("camera.toml") && error.contains(expected), "{error} ({expected})");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! distortion = [-0.25, 0.09, 0.0008, -0.0006, -0.01]
 //! ```
 //!
-//! Further tables are kept for people, for instance how good the calibration is, and are not read.
+//! The tables `[quality]`, how good the calibration is, and `[pose]`, where the camera stood, are for people and are not read.
 
 mod calibration;
 mod lens_names;

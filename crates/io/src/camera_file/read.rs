@@ -4,7 +4,7 @@ use std::path::Path;
 
 use visloc_core::{files, geom::Camera};
 
-use super::{CameraToml, calibration::read_calibration, yaml_forms};
+use super::{CameraToml, calibration::read_calibration, tables::Table, yaml_forms};
 use crate::FileError;
 
 /// Reads the camera of a file; the form is told from its content.
@@ -23,15 +23,21 @@ pub fn read_camera(path: &Path) -> Result<Camera, FileError> {
     calibration.camera(size_px, path)
 }
 
+/// Whether a file is TOML, by its name.
+pub(super) fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
 fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// The camera, if the text has one of the forms that are told from each other here.
 pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, String>> {
-    let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    if is_toml {
-        return Some(CameraToml::read(text).and_then(|table| table.camera()));
+    if is_toml(path) {
+        return Table::of_foreign_toml(text)
+            .is_none()
+            .then(|| CameraToml::read(text).and_then(|table| table.camera()));
     }
     let is_cam = |line: &str| {
         line.strip_prefix("cam").and_then(|rest| rest.trim_end().strip_suffix(':')).is_some_and(is_number)
@@ -100,6 +106,11 @@ mod tests {
         let error = read("x.toml", "model = \"pinhole\"\nsize_px = [640]\n").unwrap_err().to_string();
         assert!(error.contains("x.toml: line 2: size_px:"), "{error}");
         assert!(error.contains("focal_px = [fx, fy], center_px = [cx, cy], found none"), "{error}");
+        // As the page by hand saves it.
+        let by_hand = "model = \"radial-tangential\"\nsize_px = [640, 480]\nfocal_px = [521.3, 523.1]\ncenter_px = [323.8, 236.4]\n\
+                       distortion = [-0.25, 0.09, 0.0008, -0.0006, 0.0]\n\n[pose]\nposition_m = [0.0, 0.0, 0.5]\nheading_deg = 0.0\n\
+                       pitch_down_deg = 15.0\nroll_clockwise_deg = 0.0\n";
+        assert_eq!(read("by-hand.toml", by_hand).unwrap(), cameras()[1]);
         assert!(read("empty.yaml", "").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Files of tables, YAML or JSON: their values, and the table of the camera.
+//! Files of tables, YAML, JSON or TOML: their values, and the table of the camera.
 
 use std::collections::BTreeMap;
 
@@ -69,6 +69,14 @@ impl Table {
             .map(|line| line.replace("!!opencv-matrix", "") + "\n")
             .collect();
         serde_saphyr::from_str(&yaml).map_err(|error| yaml_reason(&error))
+    }
+
+    /// A table of TOML, if it has a camera by keys that are not those of our own form.
+    pub(super) fn of_foreign_toml(text: &str) -> Option<Self> {
+        let table: Self = toml::from_str(text).ok()?;
+        let is_ours = ["size_px", "focal_px", "center_px"].iter().any(|key| table.get(key).is_some());
+        let has_camera = || !matches!(table.clone().of_camera(), Ok(None));
+        (!is_ours && has_camera()).then_some(table)
     }
 
     pub(super) fn get(&self, key: &str) -> Option<&Value> {

@@ -52,8 +52,8 @@ const NEEDED: [(&str, &str); 4] = [
     ("center_px", "[cx, cy]"),
 ];
 
-/// The keys that a camera may have: how well it is known is written by a calibration.
-const OTHERS: [&str; 2] = ["distortion", "quality"];
+/// The keys that a camera may have: how well it is known is written by a calibration, where it stood by the page by hand.
+const OTHERS: [&str; 3] = ["distortion", "quality", "pose"];
 
 impl CameraToml {
     /// The table of a text.

@@ -24,7 +24,11 @@ fn written(format: CameraFormat) -> impl Iterator<Item = Vec<u8>> {
 }
 
 pub fn toml_seeds() -> Vec<Vec<u8>> {
-    written(CameraFormat::Toml).collect()
+    let by_hand: [&[u8]; 2] = [
+        b"width = 640\nheight = 480\nfx = 500\nfy = 501\ncx = 319.5\ncy = 239.5\ndistortion = [0.1, -0.2, 0.001, 0.002]\nfps = 20\n",
+        b"[camera]\nimage_width = 640\nimage_height = 480\nK = [[500, 0, 319.5], [0, 501, 239.5], [0, 0, 1]]\nD = [0.1, -0.2, 0.001]\n",
+    ];
+    written(CameraFormat::Toml).chain(by_hand.map(<[u8]>::to_vec)).collect()
 }
 
 pub fn toml(bytes: &[u8]) {
