@@ -36,11 +36,7 @@ impl Claims {
             if let Some(earlier) = earlier {
                 bail!("{}: expected another file than {}", output.text, earlier.text);
             }
-            for other in &self.outputs {
-                if Identity::of(&files::kept_path(other.identity.path())).is(&output.identity) {
-                    bail!("{}: what was there of {} is kept under that name", output.text, other.text);
-                }
-            }
+            self.outputs.iter().try_for_each(|other| check_apart(output, other))?;
             self.check_among_pictures(output)?;
             self.check_recording(output)?;
             check_ending(output)?;
@@ -116,6 +112,27 @@ fn is_same_output(a: &Output, b: &Output) -> bool {
     let is_shared =
         a.identity.kind() == Kind::Device || (a.use_as == UseAs::Folder && b.use_as == UseAs::Folder);
     !is_shared && a.identity.is(&b.identity)
+}
+
+/// Refuses an output that has, or is below, a name that another one takes.
+fn check_apart(output: &Output, other: &Output) -> Result<()> {
+    // Files go into folders, and streams take no other names.
+    if other.use_as == UseAs::Folder || other.identity.kind() == Kind::Device {
+        return Ok(());
+    }
+    let whole = other.identity.path();
+    if output.identity.is_below(whole) {
+        bail!("{}: {} is no folder for other results; choose another place", output.text, other.text);
+    }
+    let [kept, part] = [files::kept_path(whole), files::part_path(whole)];
+    let has_name = |name: &Path| Identity::of(name).is(&output.identity) || output.identity.is_below(name);
+    if has_name(&kept) {
+        bail!("{}: what was there of {} is kept under that name", output.text, other.text);
+    }
+    if has_name(&part) || has_name(&files::kept_path(&part)) {
+        bail!("{}: {} needs that name until it is complete", output.text, other.text);
+    }
+    Ok(())
 }
 
 fn check_input(input: &Input, output: &Output) -> Result<()> {

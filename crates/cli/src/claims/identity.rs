@@ -73,6 +73,11 @@ impl Identity {
         self.path.parent() == Some(&folder.path)
     }
 
+    /// Whether the path leads to something below another one, be that there or not.
+    pub fn is_below(&self, other: &Path) -> bool {
+        self.path != other && self.path.starts_with(other)
+    }
+
     /// Whether this is below a folder, or a file there has another name for it.
     pub fn is_inside(&self, folder: &Self) -> bool {
         if folder.kind != Kind::Folder || self.is(folder) {

@@ -196,6 +196,37 @@ fn outputs_that_cannot_be_written_are_refused_at_once() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
 }
 
+#[test]
+fn no_output_may_have_or_be_below_a_name_that_another_one_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut num_checked = 0;
+    for (words, mut command) in all_leaves() {
+        command.build();
+        let outputs: Vec<&Arg> = command.get_arguments().filter(|arg| is_output(arg)).collect();
+        for (output, other) in outputs.iter().flat_map(|a| outputs.iter().map(move |b| (*a, *b))) {
+            if output.get_id() == other.get_id() {
+                continue;
+            }
+            let is_refused = |of_output: &str, of_other: &str| {
+                let [of_output, of_other] = [of_output, of_other].map(|name| folder.path().join(name));
+                let line = typed(&words, &command, &[(output, &of_output), (other, &of_other)]);
+                let said = check(&line).err().map(|error| format!("{error:#}")).unwrap_or_default();
+                said.contains(of_output.to_str().unwrap()) && !said.contains("cannot write there")
+            };
+            let ways =
+                ["out/x", "out/x/y.svg", "nothing/../out/x", "out~", "out~/x", "out.part", "out.part/x"];
+            for way in ways {
+                let is_apart = is::<OutputFolder>(other);
+                assert!(is_refused(way, "out") != is_apart, "{words:?}: {output} {way} beside {other} out");
+                num_checked += 1;
+            }
+            assert!(!is_refused("other/x", "out"), "{words:?} {output} {other}");
+        }
+    }
+    assert!(num_checked > 700, "{num_checked}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is made");
+}
+
 fn line(words: &[&str]) -> Vec<String> {
     words.iter().map(|word| (*word).to_owned()).collect()
 }

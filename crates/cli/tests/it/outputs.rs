@@ -110,6 +110,11 @@ fn outputs_are_tried_before_the_run() {
         let error = workspace.refused(&[&["localize", "sim:tour"], &options[..]].concat());
         assert!(error.contains(options[1]) && error.contains(expected), "{error}");
     }
+    let below = ["localize", "sim:tour", "--trajectory", "new.tum", "--plots", "new.tum/plots"];
+    assert!(
+        workspace.refused(&below).contains("no folder for other results")
+            && !workspace.path("new.tum").exists()
+    );
     assert_eq!(workspace.read("file"), "kept");
     assert_eq!(fs::read_dir(workspace.path("folder")).unwrap().count(), 0);
 }
