@@ -42,7 +42,7 @@ fn tables(experiment: &str) -> Vec<Table> {
             experiment.tables(&nothing(&experiment), &[])
         }
         "office" => {
-            let experiment = OfficeExperiment::new(OfficeSettings::default(), 1);
+            let experiment = OfficeExperiment::new(OfficeSettings::default(), 1).unwrap();
             experiment.tables(&nothing(&experiment))
         }
         "markov" => {

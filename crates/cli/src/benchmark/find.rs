@@ -226,14 +226,14 @@ fn recording(path: &Path, name: &str, claims: &Claims) -> Result<Recording> {
         words.into_iter().flatten().collect()
     };
     // The folder of a rendered recording may have any name.
-    let class = sequence_of(folder).and_then(|sequence| claims.class_of(kind, &sequence));
+    let class = sequence_in(folder).and_then(|sequence| claims.class_of(kind, &sequence));
     let class = class.or_else(|| claims.class_of(kind, name)).unwrap_or(name).to_owned();
     let num_bytes = num_bytes(path, 0);
     Ok(Recording { name: name.to_owned(), class, kind, source, num_bytes, words, truth_beside })
 }
 
 /// The sequence that a rendered recording is one of, from its `meta.json`.
-fn sequence_of(folder: &Path) -> Option<String> {
+pub fn sequence_in(folder: &Path) -> Option<String> {
     let text = files::read_text(&folder.join("meta.json")).ok()?;
     let meta: serde_json::Value = serde_json::from_str(&text).ok()?;
     meta["sequence"].as_str().map(str::to_owned)

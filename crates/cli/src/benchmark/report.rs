@@ -7,9 +7,9 @@ use visloc_core::files;
 use visloc_plot::escaped;
 
 use super::{
-    Claims, Row,
+    Claims, Row, Store,
     claims::Figure,
-    compare::Change,
+    compare::{Change, compare},
     pictures::{errors, way},
     table::{for_people, for_programs, for_screens, recording_by_recording},
 };
@@ -84,6 +84,20 @@ pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account)
         let path = folder.join(name);
         files::write(&path, text).with_context(|| format!("{}: cannot write it", path.display()))
     })
+}
+
+/// The report of a folder with results as they are, compared with those of an earlier benchmark.
+pub fn report_again(folder: &Path, baseline: &Path) -> Result<()> {
+    let (claims, cells) = (Claims::built_in()?, Store::new(folder).all()?);
+    let rows = Row::all(&claims, &cells);
+    let changes = compare(&rows, &Store::new(baseline).all()?);
+    let account = Account {
+        facts: Vec::new(),
+        unused: Vec::new(),
+        failures: Vec::new(),
+        changes: Some((baseline.display().to_string(), changes)),
+    };
+    save(folder, &claims, &rows, &account)
 }
 
 fn markdown(claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {

@@ -70,7 +70,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
 /// A trajectory, with the reliabilities if the file is a table that has them.
 fn read_estimate(path: &Path) -> Result<Vec<EstimateSample>> {
     let trajectory = read_trajectory(path)?;
-    let reliabilities = read_reliabilities(path)?;
+    let reliabilities = reliabilities_in(path)?;
     let samples = trajectory.poses().iter().enumerate().map(|(i, pose)| EstimateSample {
         at: pose.at,
         world_from_robot: pose.world_from_robot,
@@ -80,7 +80,7 @@ fn read_estimate(path: &Path) -> Result<Vec<EstimateSample>> {
 }
 
 /// The column `reliability`, one value for each pose of the same file.
-fn read_reliabilities(path: &Path) -> Result<Option<Vec<f64>>> {
+pub fn reliabilities_in(path: &Path) -> Result<Option<Vec<f64>>> {
     let text = read_text(path)?;
     let is_data = |line: &str| !line.is_empty() && !line.starts_with('#');
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| is_data(line));

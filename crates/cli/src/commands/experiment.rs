@@ -19,7 +19,6 @@ use visloc_experiments::{
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
     team::{TeamExperiment, TeamSettings},
 };
-use visloc_locate::Algorithm;
 
 use crate::{
     args::{ExperimentArgs, ExperimentCommand, InputName, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
@@ -63,9 +62,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             if !args.algorithms.is_empty() {
                 settings.algorithms.clone_from(&args.algorithms);
             }
-            // A wrong name shows before the first walk.
-            settings.algorithms.iter().try_for_each(|name| Algorithm::named(name).map(drop))?;
-            let experiment = OfficeExperiment::new(settings, args.runs);
+            let experiment = OfficeExperiment::new(settings, args.runs)?;
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
         ExperimentCommand::Team(args) => {
@@ -191,46 +188,54 @@ fn settings_of<T: serde::de::DeserializeOwned>(manifest: &Manifest, folder: &Pat
         .with_context(|| format!("{}: settings of another version", folder.display()))
 }
 
-/// Puts parts together. Which experiment they are of is written in their folders.
 fn merge_parts(args: &MergeArgs) -> Result<()> {
-    let first = args.folders.first().context("expected at least one folder")?;
+    let folders: Vec<&Path> = args.folders.iter().map(|folder| &**folder).collect();
+    show(&merged(&folders, args.runs)?, args.out.as_deref(), args.json.json.as_deref())
+}
+
+/// What parts have found together. Which experiment they are of is written in their folders.
+pub fn merged(folders: &[&Path], num_runs: Option<u64>) -> Result<Report> {
+    let first = *folders.first().context("expected at least one folder")?;
     let manifest = Manifest::read(first)?;
-    let report = match manifest.experiment.as_str() {
+    Ok(match manifest.experiment.as_str() {
         "symmetry" => {
             let settings: SymmetrySettings = settings_of(&manifest, first)?;
-            let experiment = symmetry(settings.part, args.runs);
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
+            let experiment = symmetry(settings.part, num_runs);
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed, &[])?
         }
         "kidnap" => {
-            let experiment = KidnapExperiment::new(args.runs.unwrap_or(NUM_RUNS));
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+            let experiment = KidnapExperiment::new(num_runs.unwrap_or(NUM_RUNS));
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
         }
         "markov" => {
             let settings: MarkovSettings = settings_of(&manifest, first)?;
-            let experiment = MarkovExperiment::new(settings, args.runs.unwrap_or(NUM_RUNS))?;
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)
+            // To take them again would take as long as somebody has written there.
+            if settings.captures.is_some() {
+                bail!("{}: holds runs with tables of captures, which no command takes", first.display());
+            }
+            let experiment = MarkovExperiment::new(settings, num_runs.unwrap_or(NUM_RUNS))?;
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)
         }
         "robocup" => {
             let settings: RobocupSettings = settings_of(&manifest, first)?;
-            let experiment = RobocupExperiment::new(settings, args.runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
+            let experiment = RobocupExperiment::new(settings, num_runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed, &[])?
         }
         "office" => {
             let settings: OfficeSettings = settings_of(&manifest, first)?;
-            let experiment = OfficeExperiment::new(settings, args.runs.unwrap_or(5));
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+            let experiment = OfficeExperiment::new(settings, num_runs.unwrap_or(5))?;
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
         }
         "team" => {
             let settings: TeamSettings = settings_of(&manifest, first)?;
-            let experiment = TeamExperiment::new(settings, args.runs.unwrap_or(25));
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+            let experiment = TeamExperiment::new(settings, num_runs.unwrap_or(25));
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
         }
         name if name.starts_with("slam-") => {
             let settings: SlamSettings = settings_of(&manifest, first)?;
-            let experiment = SlamExperiment::new(settings, args.runs.unwrap_or(3), Clock::still())?;
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+            let experiment = SlamExperiment::new(settings, num_runs.unwrap_or(3), Clock::still())?;
+            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
-    };
-    show(&report, args.out.as_deref(), args.json.json.as_deref())
+    })
 }

@@ -31,4 +31,7 @@ mod sources;
 mod study;
 mod visual_map;
 
+pub use evaluate::reliabilities_in;
 pub use execute::execute;
+#[cfg(feature = "experiments")]
+pub use experiment::merged;

@@ -38,7 +38,7 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 5] = [
+const FOUND: [(&str, &str); 6] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
@@ -55,6 +55,11 @@ const FOUND: [(&str, &str); 5] = [
     ("studio_messages", "\u{1}\0\0\u{b}-\0\0\0{\"number\":1.222222222222222e+105,\"arrays\":{}}"),
     // A picture without width.
     ("image_stream", "P5\n0 7\n255\n"),
+    // More captures than there is memory for.
+    (
+        "experiment_records",
+        "\0{\"experiment\":\"markov\",\"seed\":1,\"settings\":{\"captures\":{\"per_state\":18446744073709551615,\"seed\":1}}}",
+    ),
     // The first picture stopped builds with overflow checks.
     ("studio_commands", "{\"type\":\"defaults\"}"),
 ];

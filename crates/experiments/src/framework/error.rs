@@ -1,6 +1,6 @@
 //! What can go wrong in an experiment.
 
-use std::{io, path::PathBuf};
+use std::{collections::BTreeSet, io, path::PathBuf};
 
 use visloc_locate::ConfigError;
 use visloc_plot::PlotError;
@@ -50,6 +50,17 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
+    /// Cells are told apart by their names, and lists of another folder may be of any length.
+    pub(crate) fn if_twice(what: &str, names: &[String]) -> Result<(), Self> {
+        let mut known = BTreeSet::new();
+        match names.iter().find(|name| !known.insert(*name)) {
+            Some(name) => {
+                Err(Self::Setup { reason: format!("{what}: expected each name once, found {name} again") })
+            }
+            None => Ok(()),
+        }
+    }
+
     pub(crate) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         move |source| Self::File { path, source }

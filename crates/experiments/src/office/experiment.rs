@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_core::RngTree;
+use visloc_locate::Algorithm;
 
 use super::{
     place,
@@ -63,7 +64,13 @@ pub struct OfficeExperiment {
 
 impl OfficeExperiment {
     /// The experiment with so many runs for each scenario and algorithm.
-    pub fn new(settings: OfficeSettings, num_runs: u64) -> Self {
+    ///
+    /// # Errors
+    /// If a name is there twice, or no algorithm has it.
+    pub fn new(settings: OfficeSettings, num_runs: u64) -> Result<Self, ExperimentError> {
+        ExperimentError::if_twice("scenarios", &settings.scenarios)?;
+        ExperimentError::if_twice("algorithms", &settings.algorithms)?;
+        settings.algorithms.iter().try_for_each(|name| Algorithm::named(name).map(drop))?;
         let mut cells = Vec::new();
         for scenario in &settings.scenarios {
             for algorithm in &settings.algorithms {
@@ -71,7 +78,7 @@ impl OfficeExperiment {
                 cells.push(Cell { label, num_runs });
             }
         }
-        Self { settings, cells }
+        Ok(Self { settings, cells })
     }
 
     /// Scenario and algorithm of a cell.

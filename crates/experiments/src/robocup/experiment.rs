@@ -50,6 +50,7 @@ impl RobocupExperiment {
     /// # Errors
     /// If there is no such algorithm.
     pub fn new(settings: RobocupSettings, num_runs: u64) -> Result<Self, ExperimentError> {
+        ExperimentError::if_twice("algorithms", &settings.algorithms)?;
         for algorithm in &settings.algorithms {
             Algorithm::named(algorithm)?;
         }

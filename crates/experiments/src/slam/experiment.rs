@@ -124,6 +124,8 @@ impl SlamExperiment {
     /// If a sequence cannot be opened or a configuration does not exist.
     pub fn new(settings: SlamSettings, num_runs: u64, clock: Clock) -> Result<Self, ExperimentError> {
         let setup = |reason| ExperimentError::Setup { reason };
+        ExperimentError::if_twice("sequences", &settings.sequences)?;
+        ExperimentError::if_twice("configurations", &settings.configurations)?;
         let (mut cells, mut warnings, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
         for sequence in &settings.sequences {
             let first = open(sequence, settings.max_frames).map_err(setup)?;

@@ -27,19 +27,22 @@ struct Question {
 
 /// Answers with the plan, its text as a map file and what is wrong with it.
 pub(super) async fn check_building(body: String) -> Response {
-    let question = match serde_json::from_str(&body) {
-        Ok(question) => question,
-        Err(error) => {
-            let expected = format!("expected a plan, or name and text of a map file: {error}");
-            return (StatusCode::BAD_REQUEST, expected).into_response();
-        }
-    };
     // A large building takes a moment, for which the other pages do not wait.
-    let checked = tokio::task::spawn_blocking(move || answer(question)).await;
+    let checked = tokio::task::spawn_blocking(move || answer_to(&body)).await;
     match checked {
-        Ok(answer) => ([(header::CONTENT_TYPE, "application/json")], answer.to_string()).into_response(),
+        Ok(Err(expected)) => (StatusCode::BAD_REQUEST, expected).into_response(),
+        Ok(Ok(answer)) => ([(header::CONTENT_TYPE, "application/json")], answer.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
+}
+
+/// What a page is told of what somebody has drawn on it.
+///
+/// # Errors
+/// If it asks about something else.
+pub fn answer_to(body: &str) -> Result<Value, String> {
+    let question = serde_json::from_str(body);
+    question.map(answer).map_err(|error| format!("expected a plan, or name and text of a map file: {error}"))
 }
 
 fn answer(question: Question) -> Value {

@@ -19,6 +19,7 @@ mod smaller;
 mod socket;
 mod wheel;
 
+pub use building::answer_to;
 pub use listen::{Server, ServerError};
 pub use publisher::Publisher;
 pub use remote::Remote;

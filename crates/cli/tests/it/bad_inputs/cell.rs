@@ -157,6 +157,7 @@ fn nested(kind: Kind) -> String {
             )
         }
         Kind::Urdf => format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(DEPTH), "</a>".repeat(DEPTH)),
+        Kind::Benchmark => format!("{{\"key\": {}", "[".repeat(DEPTH)),
         Kind::Experiment => format!("{{\"experiment\": {}", "[".repeat(DEPTH)),
         kind if kind.good().main().0.ends_with("toml") => format!("name = {}", "[".repeat(DEPTH)),
         _ => format!("cam0: {}", "[".repeat(DEPTH)),

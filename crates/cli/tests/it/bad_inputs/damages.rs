@@ -130,7 +130,7 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
     use Verdict::{Fine, Kept, Refused, Told};
     let nature = kind.nature();
     let is_text = matches!(nature, Text | Table | Lines);
-    let is_json = kind == Kind::Experiment;
+    let is_json = matches!(kind, Kind::Experiment | Kind::Benchmark);
     let is_part = kind.good().is_part();
     if is_optional(kind)
         && !matches!(damage, D::Good | D::Windows | D::LastByte | D::ForeignName | D::OddName)

@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path, sync::OnceLock};
 
+use serde_json::json;
 use visloc_core::RgbImage;
 use visloc_io::{
     bag::BagWriterOptions,
@@ -57,6 +58,7 @@ pub enum Kind {
     Urdf,
     Recording,
     Experiment,
+    Benchmark,
     VisualMap,
 }
 
@@ -201,6 +203,19 @@ impl Kind {
             Self::Urdf => Input::one("input.urdf", seed("robot_description", 0)),
             Self::Recording => Input::one("input.mcap", recording()),
             Self::VisualMap => Input::one("input.vmap", seed("map_of_slam", 0)),
+            Self::Benchmark => Input {
+                name: "input",
+                files: vec![(
+                    "input/cells/R1.json",
+                    parsers::benchmarks::result(
+                        "field, tour",
+                        "evolutionary",
+                        101,
+                        &json!({ "position_m": 0.1 }),
+                    )
+                    .into(),
+                )],
+            },
             Self::Experiment => Input {
                 name: "input",
                 files: vec![

@@ -279,7 +279,7 @@ pub const SLOTS: &[Slot] = &[
         &[Topics],
     ),
     small("benchmark", "--data", "--data {} --only no-such-recording --out out", ROBOT_SOURCES),
-    small("benchmark", "--baseline", "--baseline {} --only no-such-recording --out out", &[Experiment]),
+    slot("benchmark", "--baseline", "--baseline {} --quick --only room --frames 2 --out out", &[Benchmark]),
     slot("experiment merge", "DIR", "{}", &[Experiment]),
     small("experiment markov", "--recording", "--recording {} --runs 1 --shard 900000000/1000000000", &[Bag]),
     slot("experiment slam-compare", "SEQUENCE", "{} --runs 1 --frames 2", &[Tum]),

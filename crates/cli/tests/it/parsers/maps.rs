@@ -104,7 +104,10 @@ pub fn dxf(bytes: &[u8]) {
 pub fn list_seeds() -> Vec<Vec<u8>> {
     let recorded = include_bytes!("../../../../../testdata/O1-map.yaml").to_vec();
     let alone = b"walls:\n- [0, 0, 5, 0]\n- [5, 0, 5, 5]\ndoors:\n- {x1: 1, y1: 0, x2: 2, y2: 0, open: true, color: blue}\n";
-    vec![recorded, alone.to_vec()]
+    let field = b"length: 6.0\nwidth: 4.0\nborder: 0.7\nline: 0.05\ncircle_diameter: 1.2\npenalty_depth: 0.6\npenalty_width: 2.2\n\
+                  cross_from_goal_line: 1.8\ngoal_inner_width: 1.4\ngoal_inner_height: 0.8\npost_diameter: 0.1\nball_diameter: 0.065\n\
+                  centre_mark: 0.1\nlines: [[-3.0, -2.0, 3.0, -2.0]]\ngoals:\n  - {color: yellow, x: 3.0}\n  - {color: blue, x: -3.0}\n";
+    vec![recorded, alone.to_vec(), field.to_vec()]
 }
 
 pub fn list(bytes: &[u8]) {

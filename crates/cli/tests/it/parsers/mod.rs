@@ -4,6 +4,7 @@
 //! A parser may refuse its input, but it must come back soon and must not panic.
 
 mod bags;
+pub mod benchmarks;
 mod calibrations;
 pub mod experiments;
 mod maps;
@@ -102,8 +103,15 @@ pub const PARSERS: &[Parser] = &[
         seeds: experiments::seeds,
         read: experiments::read,
     },
+    Parser { name: "benchmark_results", max_bytes: TEXT, seeds: benchmarks::seeds, read: benchmarks::read },
     Parser { name: "addresses", max_bytes: 4 << 10, seeds: settings::address_seeds, read: settings::address },
     Parser { name: "studio_commands", max_bytes: TEXT, seeds: studio::command_seeds, read: studio::commands },
+    Parser {
+        name: "studio_buildings",
+        max_bytes: TEXT,
+        seeds: studio::building_seeds,
+        read: studio::building,
+    },
     Parser { name: "team_messages", max_bytes: 4 << 10, seeds: team::seeds, read: team::read },
     Parser {
         name: "studio_messages",

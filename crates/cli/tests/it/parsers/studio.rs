@@ -9,6 +9,7 @@ use visloc_studio::{
     playground::Playground,
     recording::{Input, Recorder},
     replay::Replay,
+    server::answer_to,
 };
 
 use super::{as_file, bags, in_folder};
@@ -72,6 +73,31 @@ pub fn commands(bytes: &[u8]) {
             }
         }
     });
+}
+
+/// What somebody has drawn on a page, and a map file.
+pub fn building_seeds() -> Vec<Vec<u8>> {
+    let wall = |from: [f64; 2], to: [f64; 2]| json!({ "from": from, "to": to });
+    let walls = [
+        wall([0.0, 0.0], [8.0, 0.0]),
+        wall([8.0, 0.0], [8.0, 2.0]),
+        wall([8.0, 2.0], [0.0, 2.0]),
+        wall([0.0, 2.0], [0.0, 0.0]),
+    ];
+    let doors = json!([{ "from": [1.0, 0.0], "to": [1.9, 0.0], "color": "red" }]);
+    let drawn = json!({ "plan": { "kind": "office", "name": "drawn", "walls": walls, "doors": doors } });
+    let text = visloc_world::BUILT_IN_MAPS[2].1;
+    [drawn, json!({ "name": "office.toml", "text": text })].map(|asked| asked.to_string().into_bytes()).into()
+}
+
+pub fn building(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let Ok(answer) = answer_to(text) else { return };
+    // What is drawn becomes a map file that is read again.
+    if let Some(text) = answer["toml"].as_str().filter(|text| !text.is_empty()) {
+        let again = answer_to(&json!({ "name": "again.toml", "text": text }).to_string()).unwrap();
+        assert_eq!((&again["error"], &again["plan"]), (&json!(null), &answer["plan"]));
+    }
 }
 
 fn message_of(kind: MessageKind, number: i32) -> Vec<u8> {

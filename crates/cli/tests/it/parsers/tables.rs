@@ -18,6 +18,7 @@ pub fn trajectory_seeds() -> Vec<Vec<u8>> {
     let all = [
         TUM,
         "t,x,y,z,yaw,carried\n1.5,1,2,0.1,-0.5,0\n1.6, 1,2,0.1,-0.5,0\n",
+        "t,x,y,z,yaw,reliability\n1.5,1,2,0.1,-0.5,0.9\n1.6, 1,2,0.1,-0.5,0\n",
         "1 0 0 0.5 0 1 0 0 0 0 1 2\n1 0 0 0.6 0 1 0 0 0 0 1 2\n",
         "#t,x,y,z,qw,qx,qy,qz,vx\n1403636579763555584,4.6,-1.7,0.6,0.5,-0.1,-0.8,-0.03,0\n1403636579863555584,4.6,-1.7,0.6,1,0,0,0,0\n",
     ];
@@ -29,6 +30,7 @@ pub fn trajectory(bytes: &[u8]) {
         if let Ok(poses) = read_trajectory(path) {
             assert!(poses.poses().iter().all(|pose| pose.world_from_robot.is_finite()));
         }
+        let _ = visloc_cli::reliabilities_in(path);
         if let Ok(file) = read_camera_trajectory_file(path) {
             assert!(file.trajectory.poses().windows(2).all(|pair| pair[0].at < pair[1].at));
         }
