@@ -29,3 +29,18 @@ fn a_folder_of_other_runs_is_refused() {
     let outcome = workspace.visloc(&["experiment", "kidnap", "--shard", "3/2"]);
     assert!(outcome.code != 0 && outcome.stderr.contains("K/N"), "{}", outcome.stderr);
 }
+
+#[test]
+fn what_makes_cells_of_one_name_is_refused() {
+    let workspace = Workspace::new();
+    for (words, what) in [
+        ("office office-walk --algorithm mce --algorithm mce", "algorithms"),
+        ("office office-walk office-walk", "scenarios"),
+        ("robocup --algorithm mc --algorithm mc", "algorithms"),
+        ("slam-configs sim:room sim:room", "sequences"),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        let error = workspace.refused(&[&["experiment"], &words[..]].concat());
+        assert!(error.contains(what) && error.contains("each name once"), "{error}");
+    }
+}
