@@ -38,7 +38,7 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 6] = [
+const FOUND: [(&str, &str); 7] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
@@ -59,6 +59,13 @@ const FOUND: [(&str, &str); 6] = [
     (
         "experiment_records",
         "\0{\"experiment\":\"markov\",\"seed\":1,\"settings\":{\"captures\":{\"per_state\":18446744073709551615,\"seed\":1}}}",
+    ),
+    // A building of another kind became a map file that is none.
+    (
+        "studio_buildings",
+        "{\"plan\":{\"kind\":\"ofFice\",\"name\":\"drawn\",\"walls\":[{\"from\":[0.0,0.0],\"to\":[8.0,0.0]},\
+         {\"from\":[8.0,0.0],\"to\":[8.0,2.0]},{\"from\":[8.0,2.0],\"to\":[0.0,2.0]},{\"from\":[0.0,2.0],\"to\":[0.0,0.0]}],\
+         \"doors\":[{\"from\":[1.0,0.0],\"to\":[1.9,0.0],\"color\":\"red\"}]}}",
     ),
     // The first picture stopped builds with overflow checks.
     ("studio_commands", "{\"type\":\"defaults\"}"),

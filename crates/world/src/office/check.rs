@@ -5,6 +5,7 @@ use super::{CorridorPlan, geometry::walls_of};
 use super::{
     OfficePlan, Wall,
     geometry::{ON_WALL_M, point},
+    plan::OFFICE,
 };
 use crate::MapError;
 
@@ -26,6 +27,9 @@ pub(crate) const MAX_DOORS: usize = 5_000;
 /// Checks what a plan says before anything is made of it: numbers, counts and sizes.
 pub(super) fn check_sizes(name: &str, plan: &OfficePlan) -> Result<(), MapError> {
     let check = Check { name };
+    if plan.kind != OFFICE {
+        return check.fail("kind", "\"office\", a building", format!("{:?}", plan.kind));
+    }
     check.counts(plan)?;
     check.sizes(plan)?;
     check.area(plan)

@@ -135,11 +135,14 @@ pub(super) fn default_door_color() -> SurfaceColor {
     SurfaceColor::RED
 }
 
+/// What a map file calls a building.
+pub(super) const OFFICE: &str = "office";
+
 impl OfficePlan {
     /// A building without walls, to be filled.
     pub fn named(name: &str) -> Self {
         Self {
-            kind: "office".to_owned(),
+            kind: OFFICE.to_owned(),
             name: name.to_owned(),
             ceiling_height_m: default_ceiling_height_m(),
             wall_color: default_wall_color(),

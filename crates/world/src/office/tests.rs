@@ -40,6 +40,14 @@ fn a_door_is_seen_from_the_corridor_with_its_left_edge_at_the_left() {
 }
 
 #[test]
+fn a_plan_of_another_kind_is_refused() {
+    let mut plan = load(GOOD).unwrap().plan().clone();
+    plan.kind = "ofFice".to_owned();
+    let error = Office::new("drawn", plan).unwrap_err().to_string();
+    assert!(error.contains("kind: expected \"office\"") && error.contains("ofFice"), "{error}");
+}
+
+#[test]
 fn outlines_may_go_around_either_way() {
     let turned = "[[0.0, -1.0], [6.0, -1.0], [6.0, 1.0], [0.0, 1.0]]";
     let other = load(&GOOD.replace("[[0.0, 1.0], [6.0, 1.0], [6.0, -1.0], [0.0, -1.0]]", turned)).unwrap();
