@@ -2,7 +2,7 @@
 //!
 //! Nothing is allocated because a file asks for it: what is stored lies in the file, and what is unpacked has a bound.
 
-use std::io::Read;
+use std::io::{self, Read, Seek, SeekFrom};
 
 use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
 
@@ -101,28 +101,33 @@ pub struct Entry {
     crc: u32,
 }
 
-/// The sections of a file.
-pub struct Sections<'a> {
-    file: &'a [u8],
+/// The sections of a file, of which only what is asked for is read: a large map is not in memory beside its file.
+pub struct Sections<F> {
+    file: F,
     /// In the order of the file.
     pub entries: Vec<Entry>,
     /// What is wrong with the first head, if the second one had to be used.
     pub head_damage: Option<String>,
 }
 
-impl<'a> Sections<'a> {
+impl<F: Read + Seek> Sections<F> {
     /// The sections of a file.
-    pub fn read(file: &'a [u8]) -> Result<Self, VmapError> {
-        let first = read_head(file, file.len());
+    pub fn read(mut file: F) -> Result<Self, VmapError> {
+        let num_bytes = file.seek(SeekFrom::End(0))?;
+        let start = bytes_at(&mut file, 0, HEAD_BYTES as u64)?;
+        let is_ours = start.starts_with(&MAGIC);
+        // An entry more than there are is longer than the check sum.
+        let most = Fields(&start).count().map_or(0, |count| (u64::from(count) + 1) * ENTRY_BYTES as u64);
+        let first = read_head(&bytes_at(&mut file, 0, HEAD_BYTES as u64 + most)?, num_bytes);
         let (entries, head_damage) = match first {
             Ok(entries) => (entries, None),
             Err(HeadError::TooNew(found)) => {
                 return Err(VmapError::TooNew { known: FORMAT_VERSION, found });
             }
             Err(HeadError::Damaged(reason)) => {
-                match second_head(file).map(|head| read_head(head, file.len())) {
+                match second_head(&mut file, num_bytes)?.map(|head| read_head(&head, num_bytes)) {
                     Some(Ok(entries)) => (entries, Some(reason)),
-                    _ if file.starts_with(&MAGIC) => {
+                    _ if is_ours => {
                         return Err(VmapError::Section { section: "head".to_owned(), reason });
                     }
                     _ => return Err(VmapError::Foreign),
@@ -133,11 +138,13 @@ impl<'a> Sections<'a> {
     }
 
     /// The content of a section, or what is wrong with it.
-    pub fn content(&self, entry: &Entry) -> Result<Vec<u8>, String> {
-        let end = entry.offset.checked_add(entry.stored_bytes);
-        let range = end.and_then(|end| Some(usize::try_from(entry.offset).ok()?..usize::try_from(end).ok()?));
-        let stored = range.and_then(|range| self.file.get(range)).ok_or("it lies outside of the file")?;
-        if crc32fast::hash(stored) != entry.crc {
+    pub fn content(&mut self, entry: &Entry) -> Result<Vec<u8>, String> {
+        let stored = bytes_at(&mut self.file, entry.offset, entry.stored_bytes);
+        let stored = stored.map_err(|error| error.to_string())?;
+        if stored.len() as u64 != entry.stored_bytes {
+            return Err("it lies outside of the file".to_owned());
+        }
+        if crc32fast::hash(&stored) != entry.crc {
             return Err("its check sum is wrong".to_owned());
         }
         let most =
@@ -150,10 +157,11 @@ impl<'a> Sections<'a> {
             ));
         }
         if !entry.is_packed {
-            return Ok(stored.to_vec());
+            return Ok(stored);
         }
         let mut content = Vec::new();
-        let unpacked = DeflateDecoder::new(stored).take(entry.content_bytes + 1).read_to_end(&mut content);
+        let unpacked =
+            DeflateDecoder::new(&stored[..]).take(entry.content_bytes + 1).read_to_end(&mut content);
         match unpacked {
             Ok(_) if content.len() as u64 == entry.content_bytes => Ok(content),
             Ok(_) => Err("it has another length than expected".to_owned()),
@@ -162,20 +170,30 @@ impl<'a> Sections<'a> {
     }
 }
 
+/// So many bytes of a file, fewer where it ends before.
+fn bytes_at(file: &mut (impl Read + Seek), offset: u64, num: u64) -> io::Result<Vec<u8>> {
+    let left = file.seek(SeekFrom::End(0))?.saturating_sub(offset);
+    file.seek(SeekFrom::Start(offset))?;
+    let mut bytes = Vec::with_capacity(usize::try_from(num.min(left)).unwrap_or(0));
+    file.take(num).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 enum HeadError {
     TooNew(u32),
     Damaged(String),
 }
 
 /// The copy of the head at the end of a file.
-fn second_head(file: &[u8]) -> Option<&[u8]> {
-    let (rest, length) = file.split_last_chunk::<8>()?;
-    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    rest.get(rest.len().checked_sub(length)?..)
+fn second_head(file: &mut (impl Read + Seek), num_bytes: u64) -> io::Result<Option<Vec<u8>>> {
+    let Some(end) = num_bytes.checked_sub(8) else { return Ok(None) };
+    let length = Fields(&bytes_at(file, end, 8)?).u64();
+    let start = length.and_then(|length| Some((end.checked_sub(length)?, length)));
+    start.map(|(start, length)| bytes_at(file, start, length)).transpose()
 }
 
 /// Reads the head at the start of some bytes of a file of a length.
-fn read_head(bytes: &[u8], file_bytes: usize) -> Result<Vec<Entry>, HeadError> {
+fn read_head(bytes: &[u8], file_bytes: u64) -> Result<Vec<Entry>, HeadError> {
     let damaged = |reason: &str| HeadError::Damaged(reason.to_owned());
     let mut fields = Fields(bytes);
     if fields.take::<8>() != Some(MAGIC) {
@@ -197,12 +215,11 @@ fn read_head(bytes: &[u8], file_bytes: usize) -> Result<Vec<Entry>, HeadError> {
     let entries: Option<Vec<Entry>> = (0..count).map(|_| fields.entry()).collect();
     let entries = entries.ok_or(damaged("it is cut off"))?;
     // Of a file that was cut off, what is left can be used.
-    let ends_inside =
-        |e: &&Entry| e.offset.checked_add(e.stored_bytes).is_some_and(|end| end <= file_bytes as u64);
+    let ends_inside = |e: &&Entry| e.offset.checked_add(e.stored_bytes).is_some_and(|end| end <= file_bytes);
     let mut lengths = entries.iter().filter(ends_inside).map(|entry| entry.stored_bytes);
     let total = lengths.try_fold(0_u64, u64::checked_add);
     // Sections that lie in each other could be unpacked to anything.
-    if total.is_none_or(|total| total > file_bytes as u64) {
+    if total.is_none_or(|total| total > file_bytes) {
         return Err(damaged("its sections are longer than the file"));
     }
     Ok(entries)
@@ -216,6 +233,12 @@ impl Fields<'_> {
         let (field, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*field)
+    }
+
+    /// The number of entries in a head.
+    fn count(&mut self) -> Option<u32> {
+        self.take::<12>()?;
+        self.u32()
     }
 
     fn u32(&mut self) -> Option<u32> {

@@ -12,7 +12,9 @@ use crate::{MAX_FILE_BYTES, OpenedMap, VisualMap, VmapError};
 /// # Errors
 /// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long, or has no keyframes.
 pub fn load(path: &Path) -> Result<OpenedMap, VmapError> {
-    let opened = VisualMap::from_bytes(&files::read(path, MAX_FILE_BYTES)?)?;
+    let file = files::open(path)?;
+    files::check_length(&file, MAX_FILE_BYTES)?;
+    let opened = VisualMap::read(file)?;
     has_keyframes(&opened.map).then_some(opened).ok_or(VmapError::Empty)
 }
 

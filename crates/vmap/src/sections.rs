@@ -1,12 +1,15 @@
 //! What the sections hold, in the wire format of `postcard` (version 1).
 
-use std::sync::Arc;
+use std::{
+    io::{Cursor, Read, Seek},
+    sync::Arc,
+};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use visloc_core::geom::{Camera, Distortion};
 use visloc_slam::{
     Readout,
-    map::{Map, PictureShelf, SessionCamera, StoredKeyframe, StoredLandmark, StoredMap},
+    map::{PictureShelf, RestoreError, Restoring, SessionCamera, StoredKeyframe, StoredLandmark},
 };
 
 use crate::{
@@ -28,8 +31,6 @@ const PICTURE: Kind = Kind(*b"PICT");
 const LANDMARKS_A_SECTION: usize = 512;
 /// Longest readout: no camera that makes a video takes that long for an image.
 const MOST_READOUT_SECS: f64 = 1.0;
-/// Most keyframes and cameras. Far more than a file has room for.
-const MOST_KEYFRAMES: usize = 1 << 20;
 
 /// A camera as plain numbers.
 #[derive(Debug, Serialize, Deserialize)]
@@ -62,6 +63,11 @@ impl VisualMap {
     /// # Errors
     /// If it is no map, of a newer version, or damaged where nothing can be spared.
     pub fn from_bytes(file: &[u8]) -> Result<OpenedMap, VmapError> {
+        Self::read(Cursor::new(file))
+    }
+
+    /// The same of a file that need not be in memory.
+    pub(crate) fn read(file: impl Read + Seek) -> Result<OpenedMap, VmapError> {
         read(file)
     }
 }
@@ -108,7 +114,7 @@ fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Secti
 }
 
 /// Reads a file.
-fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
+fn read(file: impl Read + Seek) -> Result<OpenedMap, VmapError> {
     let mut reader = Reader { sections: Sections::read(file)?, damages: Vec::new() };
     if let Some(reason) = reader.sections.head_damage.take() {
         reader.damages.push(Damage {
@@ -140,10 +146,11 @@ fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
         [] => Vec::new(),
         _ => reader.spared(LEVELS, "which way is up is not known"),
     };
-    let landmarks = reader.landmarks();
-    let pictures = reader.pictures(&cameras, &keyframes);
+    let mut restoring = Restoring::new(&cameras, &keyframes)?;
+    reader.landmarks(&mut restoring)?;
+    reader.pictures(&cameras, &keyframes, &mut restoring);
     let Reader { damages, .. } = reader;
-    let map = Map::restored(StoredMap { cameras, keyframes, pictures, landmarks })?;
+    let map = restoring.finish();
     Ok(OpenedMap { map: VisualMap { map, scales, levels, sessions }, damages })
 }
 
@@ -163,13 +170,13 @@ fn name(kind: Kind, number: Option<u32>) -> String {
     number.map_or_else(|| name.to_owned(), |number| format!("{name} {number}"))
 }
 
-struct Reader<'a> {
-    sections: Sections<'a>,
+struct Reader<F> {
+    sections: Sections<F>,
     damages: Vec<Damage>,
 }
 
-impl Reader<'_> {
-    fn decoded<T: DeserializeOwned>(&self, entry: &Entry) -> Result<T, String> {
+impl<F: Read + Seek> Reader<F> {
+    fn decoded<T: DeserializeOwned>(&mut self, entry: &Entry) -> Result<T, String> {
         let content = self.sections.content(entry)?;
         match postcard::take_from_bytes(&content) {
             Ok((value, [])) => Ok(value),
@@ -178,13 +185,13 @@ impl Reader<'_> {
         }
     }
 
-    fn only<T: DeserializeOwned>(&self, kind: Kind) -> Result<T, String> {
-        let entry = self.sections.entries.iter().find(|entry| entry.kind == kind);
-        self.decoded(entry.ok_or("it is missing")?)
+    fn only<T: DeserializeOwned>(&mut self, kind: Kind) -> Result<T, String> {
+        let entry = self.sections.entries.iter().find(|entry| entry.kind == kind).copied();
+        self.decoded(&entry.ok_or("it is missing")?)
     }
 
     /// A section without which there is no map.
-    fn needed<T: DeserializeOwned>(&self, kind: Kind) -> Result<T, VmapError> {
+    fn needed<T: DeserializeOwned>(&mut self, kind: Kind) -> Result<T, VmapError> {
         self.only(kind).map_err(|reason| VmapError::Section { section: name(kind, None), reason })
     }
 
@@ -200,42 +207,41 @@ impl Reader<'_> {
         self.sections.entries.iter().filter(|entry| entry.kind == kind).copied().collect()
     }
 
-    fn landmarks(&mut self) -> Vec<StoredLandmark> {
-        let mut landmarks = Vec::new();
+    /// Adds the landmarks, a section at a time.
+    fn landmarks(&mut self, restoring: &mut Restoring) -> Result<(), RestoreError> {
         for entry in self.of_kind(LANDMARKS) {
             match self.decoded::<Vec<StoredLandmark>>(&entry) {
-                Ok(more) => landmarks.extend(more),
+                Ok(more) => more.iter().try_for_each(|landmark| restoring.add_landmark(landmark))?,
                 Err(reason) => {
                     let (section, loss) = (name(LANDMARKS, Some(entry.number)), "its landmarks are lost");
                     self.damages.push(Damage { section, reason, loss });
                 }
             }
         }
-        landmarks
+        Ok(())
     }
 
-    /// The images by the numbers of their keyframes.
+    /// Adds the images by the numbers of their keyframes.
     fn pictures(
         &mut self,
         cameras: &[SessionCamera],
         keyframes: &[StoredKeyframe],
-    ) -> Vec<Option<visloc_slam::map::KeyframePicture>> {
+        restoring: &mut Restoring,
+    ) {
         let shelf = Arc::new(PictureShelf::new(SHELF_PICTURES));
-        let mut pictures = vec![None; keyframes.len().min(MOST_KEYFRAMES)];
         for entry in self.of_kind(PICTURE) {
             let number = entry.number as usize;
             let camera = keyframes.get(number).and_then(|keyframe| cameras.get(keyframe.camera as usize));
-            match (self.sections.content(&entry), camera, pictures.get_mut(number)) {
-                (Ok(bytes), Some(camera), Some(picture)) => {
-                    *picture = Some(unpacked(bytes, camera.camera.size_px(), &shelf));
+            match (self.sections.content(&entry), camera) {
+                (Ok(bytes), Some(camera)) => {
+                    restoring.set_picture(number, unpacked(bytes, camera.camera.size_px(), &shelf));
                 }
-                (content, _, _) => {
+                (content, _) => {
                     let section = name(PICTURE, Some(entry.number));
                     let reason = content.err().unwrap_or_else(|| "it has no keyframe".to_owned());
                     self.damages.push(Damage { section, reason, loss: "nothing is searched in its image" });
                 }
             }
         }
-        pictures
     }
 }

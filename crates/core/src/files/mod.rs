@@ -46,14 +46,20 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// What the system says, that it is no regular file, or that it is longer.
 pub fn read(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     let file = open(path)?;
-    let num_bytes = file.metadata()?.len();
-    if num_bytes > max_bytes {
-        return Err(too_long(max_bytes));
-    }
+    let num_bytes = check_length(&file, max_bytes)?;
     let mut bytes = Vec::with_capacity(usize::try_from(num_bytes).unwrap_or(0));
     // A file may grow while it is read, and those of the system (/proc) say that they are empty.
     file.take(max_bytes + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(too_long(max_bytes)) } else { Ok(bytes) }
+}
+
+/// The length of a file of at most so many bytes.
+///
+/// # Errors
+/// What the system says, or that it is longer.
+pub fn check_length(file: &File, max_bytes: u64) -> io::Result<u64> {
+    let num_bytes = file.metadata()?.len();
+    if num_bytes > max_bytes { Err(too_long(max_bytes)) } else { Ok(num_bytes) }
 }
 
 /// Reads a whole file of text, UTF-8 of at most [`MAX_TEXT_BYTES`]. The mark that editors of Windows put in front is left out.

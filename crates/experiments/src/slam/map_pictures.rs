@@ -97,8 +97,9 @@ fn candidates(map: &Map, keyframe: KeyframeId, num_after: usize) -> Picture {
         sorted(depths.map(|(_, l)| camera_from_world.transform(&l.point_in_world).z).filter(|z| *z > 0.0));
     let farthest = MAX_DEPTHS * quantile(&depths, 0.5).unwrap_or(1.0);
     let mut lines = Vec::new();
-    for (_, landmark) in of_keyframe().filter(|(_, l)| l.state == LandmarkState::Candidate) {
-        let (far, near) = landmark.filter.interval();
+    for (_, landmark) in of_keyframe() {
+        let Some(filter) = &landmark.filter else { continue };
+        let (far, near) = filter.interval();
         let ray = landmark.host().ray;
         let ends = [near, far].map(|inverse_depth| (1.0 / inverse_depth).min(farthest));
         lines.extend(ends.map(|depth| (ray.x * depth, depth)));

@@ -79,8 +79,8 @@ pub struct Keyframe {
     pub map: MapId,
     /// Gradient noise of its levels, see [`crate::feature::gradient_noise`].
     pub gradient_noise: Vec<f32>,
-    /// Landmarks observed here, in order of observation.
-    pub landmarks: Vec<LandmarkId>,
+    /// Landmarks observed here, in order of observation; copies of the keyframe share them.
+    pub landmarks: Arc<Vec<LandmarkId>>,
     /// The keyframe that it has only turned from: both cameras are at the same place. It may have been culled since, see
     /// [`super::Map::turned_from`].
     pub turned_from: Option<KeyframeId>,

@@ -38,8 +38,8 @@ pub struct Landmark {
     pub point_in_world: Point3<f64>,
     /// Where keyframes see it; the first is its host.
     pub observations: Observations,
-    /// Inverse depth along the host's ray (z = 1), while it is a candidate.
-    pub filter: DepthFilter,
+    /// Inverse depth along the host's ray (z = 1), while it is a candidate: most landmarks of a map have none.
+    pub filter: Option<Box<DepthFilter>>,
     /// Frames in which it should have been seen.
     pub num_visible: u32,
     /// Frames in which it was found.
@@ -68,11 +68,18 @@ impl Landmark {
             state: LandmarkState::Removed,
             point_in_world: Point3::origin(),
             observations: Observations::from(Vec::new()),
-            filter: DepthFilter::new(1.0, 1.0),
+            filter: None,
             num_visible: 0,
             num_found: 0,
             num_missed: 0,
             made_at: 0,
+        }
+    }
+
+    /// Its depth, if it is still a candidate, is so many times as large.
+    pub(super) fn scale_depth(&mut self, factor: f64) {
+        if let Some(filter) = &mut self.filter {
+            **filter = filter.with_depths_times(factor);
         }
     }
 

@@ -20,4 +20,4 @@ pub use picture::{KeyframePicture, Pack, PackedPicture, Packing, PictureShelf, U
 pub use several::{Correction, Offsets};
 pub(crate) use store::most_shared;
 pub use store::{Map, NewKeyframe, scaled};
-pub use stored::{RestoreError, StoredKeyframe, StoredLandmark, StoredMap, StoredObservation};
+pub use stored::{RestoreError, Restoring, StoredKeyframe, StoredLandmark, StoredMap, StoredObservation};

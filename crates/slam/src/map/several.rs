@@ -159,7 +159,7 @@ impl Map {
                 .map(|anchor| Anchor { keyframe: offsets.keyframe(anchor.keyframe), ..anchor });
             self.keyframes.push(Keyframe {
                 map: offsets.map(keyframe.map),
-                landmarks: keyframe.landmarks.iter().map(|id| offsets.landmark(*id)).collect(),
+                landmarks: Arc::new(keyframe.landmarks.iter().map(|id| offsets.landmark(*id)).collect()),
                 turned_from: keyframe.turned_from.map(|id| offsets.keyframe(id)),
                 anchor,
                 view,
@@ -185,7 +185,8 @@ impl Map {
             self.all_keyframes().filter(|(_, k)| k.map == map).map(|(id, _)| id).collect();
         for id in of_map {
             self.forget_view(id);
-            for landmark in self.keyframes[id.index()].landmarks.clone() {
+            let landmarks = Arc::clone(&self.keyframes[id.index()].landmarks);
+            for landmark in landmarks.iter().copied() {
                 self.remove_landmark(landmark);
             }
             let keyframe = &mut self.keyframes[id.index()];
@@ -223,7 +224,7 @@ impl Map {
                 let point_in_camera = before.transform(&landmark.point_in_world) * correction.scale;
                 landmark.point_in_world = world_from_camera.transform(&point_in_camera);
                 if is_candidate {
-                    landmark.filter = landmark.filter.with_depths_times(correction.scale);
+                    landmark.scale_depth(correction.scale);
                 }
             }
             let keyframe = &mut self.keyframes[correction.keyframe.index()];

@@ -152,7 +152,7 @@ impl Map {
             gradient_noise: gradient_noise(&new.pyramid, usize::MAX),
             foreign: None,
             picture: Some(KeyframePicture::Here(new.pyramid)),
-            landmarks: Vec::new(),
+            landmarks: Arc::default(),
             camera_from_world: new.camera_from_world,
             center_in_world: center(&new.camera_from_world),
             scale: 1.0,
@@ -199,7 +199,8 @@ impl Map {
         for index in keyframe.landmarks.iter().map(|landmark| landmark.index()) {
             let landmark = &self.landmarks[index];
             if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
-                let point = landmark.host().ray / landmark.filter.inverse_depth();
+                let Some(filter) = &landmark.filter else { continue };
+                let point = landmark.host().ray / filter.inverse_depth();
                 self.landmarks[index].point_in_world = world_from_camera.transform(&point.into());
             }
         }
@@ -224,7 +225,7 @@ impl Map {
         for index in candidates {
             let landmark = &mut self.landmarks[index];
             if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
-                landmark.filter = landmark.filter.with_depths_times(factor);
+                landmark.scale_depth(factor);
             }
         }
         self.keyframes[id.index()].scale *= factor;
@@ -241,13 +242,13 @@ impl Map {
     ) -> LandmarkId {
         let id = LandmarkId(self.landmarks.len() as u32);
         let keyframe = &mut self.keyframes[host.keyframe.index()];
-        keyframe.landmarks.push(id);
+        Arc::make_mut(&mut keyframe.landmarks).push(id);
         let point_in_camera = host.ray / filter.inverse_depth();
         self.landmarks.push(Landmark {
             state,
             point_in_world: keyframe.camera_from_world.inverse().transform(&point_in_camera.into()),
             observations: vec![host].into(),
-            filter,
+            filter: (state == LandmarkState::Candidate).then(|| Box::new(filter)),
             num_visible: 1,
             num_found: 1,
             num_missed: 0,
@@ -262,7 +263,7 @@ impl Map {
         let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
         if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
             self.landmarks[id.index()].observations.push(observation);
-            self.keyframes[keyframe].landmarks.push(id);
+            Arc::make_mut(&mut self.keyframes[keyframe].landmarks).push(id);
         }
     }
 
@@ -276,7 +277,7 @@ impl Map {
         landmark.observations.remove(keyframe);
         let least = if landmark.is_converged() { 2 } else { 1 };
         let is_too_few = landmark.observations.len() < least;
-        self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
+        Arc::make_mut(&mut self.keyframes[keyframe.index()].landmarks).retain(|other| *other != id);
         if is_too_few {
             self.remove_landmark(id);
         }
@@ -289,7 +290,7 @@ impl Map {
             return;
         }
         landmark.observations.remove(keyframe);
-        self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
+        Arc::make_mut(&mut self.keyframes[keyframe.index()].landmarks).retain(|other| *other != id);
     }
 
     /// Takes a landmark out of the map.
@@ -297,7 +298,7 @@ impl Map {
         let keyframes: Vec<KeyframeId> = self.landmark(id).observations.keyframes().collect();
         self.landmarks.share(id.index(), &self.removed);
         for keyframe in keyframes {
-            self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
+            Arc::make_mut(&mut self.keyframes[keyframe.index()].landmarks).retain(|other| *other != id);
         }
     }
 
@@ -310,7 +311,7 @@ impl Map {
         let camera_from_anchor = keyframe.camera_from_world * anchor_from_world.inverse();
         keyframe.anchor = Some(Anchor { keyframe: anchor, camera_from_anchor, scale });
         keyframe.picture = None;
-        for landmark in std::mem::take(&mut keyframe.landmarks) {
+        for landmark in std::mem::take(&mut keyframe.landmarks).iter().copied() {
             let is_hosted_candidate = {
                 let landmark = &self.landmarks[landmark.index()];
                 !landmark.is_converged() && landmark.host().keyframe == id

@@ -14,11 +14,11 @@ use super::{
     Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, Map, MapId, Observation,
     Observations, SessionCamera,
     observations::{CORRELATIONS, ShortObservation},
+    push_tightly,
     store::center,
 };
 use crate::{
     lie::CameraFromWorld,
-    mapping::DepthFilter,
     orb::OrbDescriptor,
     recognize::{PlaceIndex, ShortPlace},
 };
@@ -88,6 +88,59 @@ pub struct StoredObservation {
     pub correlation: i8,
     /// What it looks like; `None` near the border.
     pub descriptor: Option<[u8; 32]>,
+}
+
+/// A map that is made of plain numbers, whoever wrote them, bit by bit: what it was made of need not be in memory with it.
+#[derive(Debug)]
+pub struct Restoring {
+    map: Map,
+    num_landmarks: usize,
+}
+
+impl Restoring {
+    /// Keyframes without landmarks and images. All are of foreign cameras until [`Map::take_over`] says that one of these is followed.
+    ///
+    /// # Errors
+    /// The first number that no keyframe has.
+    pub fn new(cameras: &[SessionCamera], keyframes: &[StoredKeyframe]) -> Result<Self, RestoreError> {
+        let cameras: Vec<Arc<SessionCamera>> = cameras.iter().copied().map(Arc::new).collect();
+        let mut map = Map::new();
+        for (number, keyframe) in keyframes.iter().enumerate() {
+            let wrong = |expected| RestoreError::Keyframe { number, expected };
+            let camera = cameras.get(keyframe.camera as usize).ok_or(wrong("one of the cameras"))?;
+            map.keyframes.push(restored_keyframe(number, keyframe, camera).map_err(wrong)?);
+            map.num_maps = map.num_maps.max(keyframe.map + 1);
+        }
+        Ok(Self { map, num_landmarks: 0 })
+    }
+
+    /// Adds the next landmark.
+    ///
+    /// # Errors
+    /// If it has a number that no landmark has.
+    pub fn add_landmark(&mut self, landmark: &StoredLandmark) -> Result<(), RestoreError> {
+        let number = self.num_landmarks;
+        self.num_landmarks += 1;
+        let wrong = |expected| RestoreError::Landmark { number, expected };
+        self.map.add_restored(landmark).map_err(wrong)?;
+        self.map.add_places(LandmarkId(number as u32), &landmark.observations);
+        Ok(())
+    }
+
+    /// Gives a keyframe that there is its image.
+    ///
+    /// # Panics
+    /// If there is no such keyframe.
+    pub fn set_picture(&mut self, number: usize, picture: KeyframePicture) {
+        self.map.keyframes[number].picture = Some(picture);
+    }
+
+    /// The map.
+    #[must_use]
+    pub fn finish(mut self) -> Map {
+        self.map.index_views();
+        self.map
+    }
 }
 
 /// Numbers that are no map.
@@ -177,33 +230,6 @@ impl Map {
         }
     }
 
-    /// Maps of plain numbers, whoever wrote them. All keyframes are of foreign cameras until [`Map::take_over`] says that one of these
-    /// is followed.
-    ///
-    /// # Errors
-    /// The first number that no map has.
-    pub fn restored(stored: StoredMap) -> Result<Self, RestoreError> {
-        let StoredMap { cameras, keyframes, pictures, landmarks } = stored;
-        let cameras: Vec<Arc<SessionCamera>> = cameras.into_iter().map(Arc::new).collect();
-        let mut map = Self::new();
-        let mut pictures = pictures.into_iter();
-        for (number, keyframe) in keyframes.iter().enumerate() {
-            let wrong = |expected| RestoreError::Keyframe { number, expected };
-            let camera = cameras.get(keyframe.camera as usize).ok_or(wrong("one of the cameras"))?;
-            let picture = pictures.next().flatten();
-            map.keyframes.push(restored_keyframe(number, keyframe, camera, picture).map_err(wrong)?);
-            map.num_maps = map.num_maps.max(keyframe.map + 1);
-        }
-        // Each is let go of at once: a large map is in memory once.
-        for (number, landmark) in landmarks.into_iter().enumerate() {
-            let wrong = |expected| RestoreError::Landmark { number, expected };
-            map.add_restored(&landmark).map_err(wrong)?;
-            map.add_places(LandmarkId(number as u32), &landmark.observations);
-        }
-        map.index_views();
-        Ok(map)
-    }
-
     fn add_restored(&mut self, stored: &StoredLandmark) -> Result<(), &'static str> {
         if !stored.point.iter().all(|value| value.is_finite()) {
             return Err("a place");
@@ -221,17 +247,17 @@ impl Map {
             let observation = restored_observation(stored, &camera.camera)?;
             if seen.iter().all(|(other, _)| other.keyframe != observation.keyframe) {
                 seen.push((observation, Arc::clone(camera)));
-                self.keyframes[index].landmarks.push(id);
+                push_tightly(Arc::make_mut(&mut self.keyframes[index].landmarks), id);
             }
         }
-        let host = seen.first().ok_or("at least one observation")?.0.keyframe;
-        let depth = self.keyframe(host).camera_from_world.transform(&point_in_world).z;
-        let inverse_depth = 1.0 / depth.abs().max(f64::MIN_POSITIVE.sqrt());
+        if seen.is_empty() {
+            return Err("at least one observation");
+        }
         self.landmarks.push(Landmark {
             state: LandmarkState::Converged,
             point_in_world,
             observations: Observations::read(&seen),
-            filter: DepthFilter::new(inverse_depth, inverse_depth),
+            filter: None,
             num_visible: stored.num_visible,
             num_found: stored.num_found,
             num_missed: 0,
@@ -258,7 +284,7 @@ impl Map {
     fn index_views(&mut self) {
         for number in 0..self.keyframes.len() {
             let keyframe = &mut self.keyframes[number];
-            keyframe.landmarks.shrink_to_fit();
+            Arc::make_mut(&mut keyframe.landmarks).shrink_to_fit();
             if let Some(view) = &mut keyframe.view {
                 Arc::make_mut(view).shrink();
             }
@@ -303,7 +329,6 @@ fn restored_keyframe(
     number: usize,
     stored: &StoredKeyframe,
     camera: &Arc<SessionCamera>,
-    picture: Option<KeyframePicture>,
 ) -> Result<Keyframe, &'static str> {
     let rotation = Matrix3::from_column_slice(&stored.rotation);
     let error = (rotation * rotation.transpose() - Matrix3::identity()).norm();
@@ -325,11 +350,11 @@ fn restored_keyframe(
         frame: 0,
         at: stored.at,
         foreign: Some(Arc::clone(camera)),
-        picture,
+        picture: None,
         view: None,
         map: MapId(stored.map),
         gradient_noise: stored.gradient_noise.clone(),
-        landmarks: Vec::new(),
+        landmarks: Arc::default(),
         turned_from: stored.turned_from.filter(|other| (*other as usize) < number).map(KeyframeId),
         odometry: None,
         exposure: None,

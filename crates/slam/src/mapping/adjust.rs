@@ -204,7 +204,7 @@ pub(crate) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
 fn seen_by(map: &Map, keyframes: &[KeyframeId]) -> Vec<LandmarkId> {
     let mut is_listed = vec![false; map.num_landmark_ids()];
     let mut seen = Vec::new();
-    for id in keyframes.iter().flat_map(|keyframe| &map.keyframe(*keyframe).landmarks) {
+    for id in keyframes.iter().flat_map(|keyframe| map.keyframe(*keyframe).landmarks.iter()) {
         let landmark = map.landmark(*id);
         let is_usable = landmark.is_converged() && landmark.observations.len() >= 2;
         if is_usable && !std::mem::replace(&mut is_listed[id.index()], true) {

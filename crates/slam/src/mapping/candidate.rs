@@ -28,7 +28,7 @@ pub fn new_corners(
     let frame = map.keyframe(keyframe);
     let Some(pyramid) = frame.pyramid() else { return Vec::new() };
     let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
-    for id in &frame.landmarks {
+    for id in frame.landmarks.iter() {
         if let Some(observation) = map.landmark(*id).observation_in(keyframe) {
             grid.take(grid.cell(&observation.px));
         }
@@ -116,12 +116,12 @@ pub fn measure(map: &mut Map, id: LandmarkId, matcher: &Matcher<'_>) -> Option<F
     match search {
         EpipolarSearch::Unseen => None,
         EpipolarSearch::Missed => {
-            landmark.filter.add_miss();
+            landmark.filter.iter_mut().for_each(|filter| filter.add_miss());
             landmark.num_missed += 1;
             None
         }
         EpipolarSearch::Found { found, inverse_depth, standard_deviation } => {
-            landmark.filter.add(inverse_depth, standard_deviation);
+            landmark.filter.iter_mut().for_each(|filter| filter.add(inverse_depth, standard_deviation));
             landmark.num_missed = 0;
             landmark.num_found += 1;
             place(map, id);
@@ -134,7 +134,8 @@ pub fn measure(map: &mut Map, id: LandmarkId, matcher: &Matcher<'_>) -> Option<F
 pub fn place(map: &mut Map, id: LandmarkId) {
     let landmark = map.landmark(id);
     let host = landmark.host();
-    let point = Point3::from(host.ray / landmark.filter.inverse_depth());
+    let Some(filter) = &landmark.filter else { return };
+    let point = Point3::from(host.ray / filter.inverse_depth());
     let point_in_world = map.keyframe(host.keyframe).camera_from_world().inverse().transform(&point);
     map.landmark_mut(id).point_in_world = point_in_world;
 }
@@ -171,7 +172,7 @@ pub fn judge(
     (config, is_short_of_known): (&MappingConfig, bool),
 ) -> Verdict {
     let landmark = map.landmark(id);
-    let filter = &landmark.filter;
+    let Some(filter) = &landmark.filter else { return Verdict::Drop };
     if landmark.num_missed > config.max_candidate_misses || filter.inlier_ratio() < 0.3 {
         return Verdict::Drop;
     }

@@ -46,15 +46,16 @@ impl Matcher<'_> {
         let host = candidate.host();
         let motion = self.camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
         let line = Line::new(self.camera, &motion, &host.ray);
-        let (far, near) = candidate.filter.interval();
-        let mean = candidate.filter.inverse_depth();
+        let Some(filter) = &candidate.filter else { return EpipolarSearch::Unseen };
+        let (far, near) = filter.interval();
+        let mean = filter.inverse_depth();
         let Some(slope) = line.slope(mean) else { return EpipolarSearch::Unseen };
         let matcher = Self { limits: LIMITS, ..*self };
         if matcher.project(&candidate.point_in_world).is_none() && line.num_inside(far, near) == 0 {
             return EpipolarSearch::Unseen;
         }
         // A measurement worse than what is known is not worth a search.
-        if USUAL_SIGMA_PX > 1.5 * slope * candidate.filter.standard_deviation() {
+        if USUAL_SIGMA_PX > 1.5 * slope * filter.standard_deviation() {
             return EpipolarSearch::Unseen;
         }
         let Some((template, warp)) = matcher.template(map, candidate) else {

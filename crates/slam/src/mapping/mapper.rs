@@ -312,6 +312,7 @@ impl Mapper {
     /// Makes a landmark of a candidate, without what was taken for it elsewhere.
     fn converge(&self, map: &mut Map, id: LandmarkId) {
         map.landmark_mut(id).state = LandmarkState::Converged;
+        map.landmark_mut(id).filter = None;
         map.landmark_mut(id).num_missed = 0;
         let point = map.landmark(id).point_in_world;
         let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).collect();

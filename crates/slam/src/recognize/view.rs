@@ -7,7 +7,7 @@ use crate::{
     config::FeatureConfig,
     feature::CornerGrid,
     image::{Pyramid, doubled},
-    map::{KeyframeId, LandmarkId, Map},
+    map::{KeyframeId, LandmarkId, Map, push_tightly},
     mapping::corners_in_two_passes,
     orb::{BoxSums, OrbDescriptor},
 };
@@ -57,7 +57,7 @@ impl From<Vec<Described>> for View {
 impl View {
     /// Adds a place of a keyframe that is read with its map.
     pub(crate) fn read(&mut self, place: ShortPlace) {
-        self.short.push(place);
+        push_tightly(&mut self.short, place);
     }
 
     /// Lets go of the memory that was set aside for growing.

@@ -1,5 +1,7 @@
 //! The first map.
 
+use std::sync::Arc;
+
 use nalgebra::Rotation3;
 use visloc_core::{
     geom::{CameraFrame, Rigid3},
@@ -9,7 +11,7 @@ use visloc_core::{
 use crate::{
     atlas::Similarity,
     lie::CameraFromWorld,
-    map::{Correction, KeyframeId, LandmarkId, Map},
+    map::{Correction, KeyframeId, Map},
     track::Frame,
 };
 
@@ -53,14 +55,14 @@ impl StartedMap {
 
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
 pub(super) fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
-    let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
+    let ids = Arc::clone(&map.keyframe(first).landmarks);
     let depths = ids.iter().map(|id| map.landmark(*id).point_in_world.z);
     let scale = 1.0 / median(depths).unwrap_or(1.0).max(1e-9);
     let pose = map.keyframe(second).camera_from_world();
     let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
     let scaled: Rigid3<CameraFrame, _> = Rigid3::new(rotation, pose.translation() * scale);
     map.set_pose(second, scaled);
-    for id in ids {
+    for id in ids.iter().copied() {
         map.landmark_mut(id).point_in_world.coords *= scale;
     }
 }

@@ -38,7 +38,7 @@ pub fn collect_local_map(
     let mut is_listed = vec![false; map.num_landmark_ids()];
     let mut landmarks = Vec::new();
     for keyframe in &keyframes {
-        for id in &map.keyframe(*keyframe).landmarks {
+        for id in map.keyframe(*keyframe).landmarks.iter() {
             if !std::mem::replace(&mut is_listed[id.index()], true) {
                 landmarks.push(*id);
             }

@@ -437,7 +437,7 @@ impl Tracker {
         PoseObservation {
             anchor_in_world: *host.center_in_world(),
             direction_in_world: host.camera_from_world().rotation().transpose() * landmark.host().ray,
-            inverse_depth: Some(landmark.filter.inverse_depth()),
+            inverse_depth: landmark.filter.as_ref().map(|filter| filter.inverse_depth()),
             ray: feature.ray,
             whitening: whitening(focal, &covariance_px),
         }
@@ -460,7 +460,8 @@ pub fn depth_spread(
 ) -> Option<Vector2<f64>> {
     let host = landmark.host();
     let motion = *camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
-    let inverse_depth = landmark.filter.inverse_depth();
+    let filter = landmark.filter.as_ref()?;
+    let inverse_depth = filter.inverse_depth();
     let point = motion.rotate(&host.ray) + motion.translation() * inverse_depth;
     if point.z <= 1e-6 {
         return None;
@@ -468,7 +469,7 @@ pub fn depth_spread(
     let t = motion.translation();
     let (x, y) = (point.x / point.z, point.y / point.z);
     let by_inverse_depth = Vector2::new(t.x - x * t.z, t.y - y * t.z) / point.z;
-    Some(by_inverse_depth * landmark.filter.standard_deviation())
+    Some(by_inverse_depth * filter.standard_deviation())
 }
 
 /// A motion per second in depths of the scene that a frame shows.

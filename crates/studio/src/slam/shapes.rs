@@ -4,7 +4,8 @@ use nalgebra::{Point2, Point3, Vector3};
 use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
 use visloc_slam::{
     Slam,
-    map::{Keyframe, Landmark, LandmarkState, Map},
+    map::{Keyframe, Landmark, Map},
+    mapping::DepthFilter,
 };
 
 use super::display::Display;
@@ -32,19 +33,19 @@ pub(super) fn landmarks(map: &Map, display: &Display) -> Vec<f64> {
 
 /// Near and far end of every candidate's depth, two standard deviations to both sides.
 pub(super) fn candidates(map: &Map, display: &Display) -> Vec<f64> {
-    let uncertain = map.landmarks().filter(|(_, landmark)| landmark.state == LandmarkState::Candidate);
-    let ends = |landmark: &Landmark| {
+    let uncertain = map.landmarks().filter_map(|(_, landmark)| Some((landmark, landmark.filter.as_deref()?)));
+    let ends = |(landmark, filter): (&Landmark, &DepthFilter)| {
         let host = landmark.host();
         let world_from_camera = map.keyframe(host.keyframe).camera_from_world().inverse();
-        let (least, most) = landmark.filter.interval();
-        let mean = landmark.filter.inverse_depth();
+        let (least, most) = filter.interval();
+        let mean = filter.inverse_depth();
         let (least, most) = (least.max(mean / MAX_STRETCH), most.min(mean * MAX_STRETCH));
         [most, least].map(|inverse_depth| {
             let in_camera = Point3::from(host.ray / inverse_depth);
             xyz(&display.point(&world_from_camera.transform(&in_camera)))
         })
     };
-    uncertain.take(MAX_LANDMARKS).flat_map(|(_, landmark)| ends(landmark)).flatten().collect()
+    uncertain.take(MAX_LANDMARKS).flat_map(ends).flatten().collect()
 }
 
 /// Place, and unit vectors to the right, down and ahead, of every keyframe.
