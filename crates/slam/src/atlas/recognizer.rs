@@ -13,9 +13,9 @@ use crate::{
     config::SlamConfig,
     map::{Correction, KeyframeId, LandmarkId, Map, MapId},
     mapping::adjust_local,
-    recognize::{Located, Locator, Ranked, Refusal, View, is_most},
+    recognize::{Located, Locator, Ranked, Refusal, View},
     timing::StageTimer,
-    track::{FrameWork, Incoming, focal_px},
+    track::{FrameWork, Incoming, focal_px, is_most},
 };
 
 /// Keyframes in a row that must agree.

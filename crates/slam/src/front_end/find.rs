@@ -6,10 +6,10 @@ use super::{FrontEnd, Keeping, PROBATION_FRAMES, Phase};
 use crate::{
     map::{KeyframeId, Map},
     outcome::{FrameOutcome, TrackingState},
-    recognize::{Located, Refusal, Rival, SURE, are_apart, is_most},
+    recognize::{Located, Refusal, Rival, SURE, are_apart},
     schedule::Job,
     timing::StageTimer,
-    track::{FrameWork, Incoming, LocalMap, TrackReport},
+    track::{FrameWork, Incoming, LocalMap, TrackReport, is_most},
 };
 
 /// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.

@@ -46,12 +46,6 @@ const LEAST_PARTS: usize = 5;
 /// Landmarks from which on a place is sure enough, in units of the fewest that it is recognized by.
 pub(crate) const SURE: usize = 2;
 
-/// Whether more of what should be seen at a place is found than is missed. Rooms with the same furniture and windows show each other's landmarks,
-/// as well as the right ones are found: they are told apart by what is missing.
-pub(crate) const fn is_most((num_found, num_searched): (usize, usize)) -> bool {
-    2 * num_found > num_searched
-}
-
 /// Where an image was taken.
 #[derive(Debug, Clone)]
 pub struct Located {

@@ -16,7 +16,7 @@ mod view;
 
 pub use index::{Alike, PlaceIndex, Ranked};
 pub use locate::{Located, Locator, Rival};
-pub(crate) use locate::{SURE, frame_of, is_most};
+pub(crate) use locate::{SURE, frame_of};
 pub(crate) use pairs::{LESS_THAN_SECOND, MOST_DIFFERENT};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;

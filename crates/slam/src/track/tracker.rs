@@ -11,7 +11,7 @@ use visloc_core::{
 
 use super::{
     AlignFeature, AlignReference, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
-    RotationAligner, collect_local_map, matcher::whitening, only_turned, search::Search,
+    RotationAligner, collect_local_map, is_most, matcher::whitening, only_turned, search::Search,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -182,6 +182,15 @@ impl Tracker {
         let predicted = self.predict(map, last, incoming);
         work.timer.end("image alignment");
         let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
+        if !is_most((report.num_matched, report.num_searched)) {
+            // Where images tell little of a direction, as along the boards of a floor, their alignment slips by some pixels, and what is found
+            // from there is drawn along. To go on as before may be nearer to what is true.
+            let by_motion = self.expected_motion(last, incoming) * last.camera_from_world;
+            let other = self.track_near(map, incoming, (&by_motion, 0), last, work);
+            if other.num_matched > report.num_matched {
+                report = other;
+            }
+        }
         if report.quality == Quality::Bad {
             report = self.track_wide(map, incoming, &predicted, last, work).unwrap_or(report);
         }
