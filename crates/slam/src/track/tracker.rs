@@ -184,10 +184,11 @@ impl Tracker {
         let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
         if !is_most((report.num_matched, report.num_searched)) {
             // Where images tell little of a direction, as along the boards of a floor, their alignment slips by some pixels, and what is found
-            // from there is drawn along. To go on as before may be nearer to what is true.
+            // from there is drawn along. To go on as before is better where clearly more is found: by two deviations of a count.
             let by_motion = self.expected_motion(last, incoming) * last.camera_from_world;
             let other = self.track_near(map, incoming, (&by_motion, 0), last, work);
-            if other.num_matched > report.num_matched {
+            let num_matched = report.num_matched as f64;
+            if other.num_matched as f64 > num_matched + 2.0 * num_matched.sqrt() {
                 report = other;
             }
         }
