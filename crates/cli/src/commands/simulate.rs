@@ -24,7 +24,9 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
     let truth_path = truth_path(bag);
     let json = args.json.json.as_deref().map(|json| ("--json", json));
-    let beside = std::iter::once(("the truth", &*truth_path)).chain(json);
+    // In a folder it is a part of the recording.
+    let truth_beside = (!truth_path.starts_with(bag)).then_some(("the truth", &*truth_path));
+    let beside = truth_beside.into_iter().chain(json);
     let out = ("--out", &**bag);
     let claims = Claims::of_recording(("SCENARIO", scenario), out, beside, args.overwrite.overwrite);
     claims.check()?;
