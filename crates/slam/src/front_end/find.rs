@@ -9,7 +9,7 @@ use crate::{
     recognize::{Located, Refusal, Rival, SURE, are_apart},
     schedule::Job,
     timing::StageTimer,
-    track::{FrameWork, Incoming, LocalMap, TrackReport, is_most},
+    track::{FrameWork, Incoming, LocalMap, TrackReport},
 };
 
 /// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.
@@ -100,19 +100,13 @@ impl FrontEnd {
         is_better.then(|| self.go_on_at(located, outcome, timer))
     }
 
-    /// Looks for the keyframe of any map that shows the place. What goes on in the wrong room is never parted from its map again, what begins a
-    /// map is joined later: a map that grows is gone on with only where most of it is seen.
+    /// Looks for the keyframe of any map that shows the place.
     fn recognize(
         &mut self,
         incoming: &Incoming<'_>,
         timer: &mut StageTimer,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        let located = self.recognize_among(|_| true, incoming, timer)?;
-        let found = (located.report.num_matched, located.report.num_searched);
-        if self.keeping == Keeping::Growing && !is_most(found) {
-            return Err(Some((located.keyframe, Refusal::FewFound { num: found.0, of: found.1 })));
-        }
-        Ok(located)
+        self.recognize_among(|_| true, incoming, timer)
     }
 
     /// Looks for the keyframe, one of some, that shows the place.
