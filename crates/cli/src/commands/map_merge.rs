@@ -22,11 +22,18 @@ pub fn merge(path: &Path, other_path: &Path, out: &Path, seed: u64) -> Result<()
         Ok(Some(merged)) => merged,
         Ok(None) => bail!("{}: expected a map with keyframes", path.display()),
         Err(apart) => {
-            let reason = apart.reason.map(|reason| format!("; the last one: {reason}")).unwrap_or_default();
+            let reason = apart.reason.map(|reason| reason.to_string()).unwrap_or_default();
+            let [path, other_path] = [path, other_path].map(Path::display);
+            if apart.is_shown_too_little {
+                bail!(
+                    "{} keyframes of {other_path} may show places of {path}, but each misses most of what should be seen there: at the best one {reason}. \
+                     Rooms with the same furniture look so",
+                    apart.num_agreeing
+                );
+            }
+            let reason = if reason.is_empty() { reason } else { format!("; the last one: {reason}") };
             bail!(
-                "expected at least 3 keyframes that show a common place of {} and {} and agree on it, found {}: {} of {} look alike{reason}",
-                path.display(),
-                other_path.display(),
+                "expected at least 3 keyframes that show a common place of {path} and {other_path} and agree on it, found {}: {} of {} look alike{reason}",
                 apart.num_agreeing,
                 apart.num_alike,
                 apart.num_keyframes

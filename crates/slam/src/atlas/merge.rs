@@ -43,7 +43,9 @@ pub struct Apart {
     pub num_alike: usize,
     /// Keyframes that were looked at.
     pub num_keyframes: usize,
-    /// Why the last of them is no place of the other map.
+    /// Whether enough of them agree, but each misses most of what should be seen there.
+    pub is_shown_too_little: bool,
+    /// Why the last of them, or the one that agrees with most, is no place of the other map.
     pub reason: Option<Refusal>,
 }
 
@@ -51,7 +53,7 @@ pub struct Apart {
 /// are those that they came with; the seed fixes every random choice. Then `into` is the active map.
 ///
 /// # Errors
-/// If fewer than three keyframes agree on how the maps lie to each other; nothing has changed then.
+/// If fewer than three keyframes agree on how the maps lie to each other, or none of them shows most of what is there; nothing has changed then.
 pub fn merge(
     map: &mut Map,
     (from, into): (MapId, MapId),
@@ -59,7 +61,8 @@ pub fn merge(
     seed: u64,
 ) -> Result<Merged, Apart> {
     let mut rng = RngTree::new(seed).stream("merge", 0);
-    let mut apart = Apart { num_agreeing: 0, num_alike: 0, num_keyframes: 0, reason: None };
+    let mut apart =
+        Apart { num_agreeing: 0, num_alike: 0, num_keyframes: 0, is_shown_too_little: false, reason: None };
     let sightings = sightings(map, (from, into), config, &mut rng, &mut apart);
     apart.num_alike = sightings.len();
     let agreeing = |sighting: &Sighting| sightings.iter().filter(|other| sighting.agrees(map, other)).count();
@@ -71,6 +74,11 @@ pub fn merge(
         return Err(apart);
     };
     let sure: Vec<Sighting> = sightings.iter().filter(|other| best.agrees(map, other)).cloned().collect();
+    if !sure.iter().any(Sighting::shows_most) {
+        let (num, of) = best.found;
+        let reason = Some(Refusal::FewFound { num, of });
+        return Err(Apart { num_agreeing: sure.len(), is_shown_too_little: true, reason, ..apart });
+    }
     let best = best.clone();
     map.activate(from);
     let scale = match move_over(map, &best, into) {

@@ -15,7 +15,7 @@ use crate::{
     mapping::adjust_local,
     recognize::{Located, Locator, Ranked, Refusal, View},
     timing::StageTimer,
-    track::{FrameWork, Incoming, focal_px, is_most},
+    track::{FrameWork, Incoming, focal_px},
 };
 
 /// Keyframes in a row that must agree.
@@ -53,7 +53,7 @@ impl Hypothesis {
     /// known, one of the keyframes must show most of what is there. A faint place is seen from afar at first, and the size of the maps to each
     /// other is off by a percent and more then; it waits until a keyframe shows no more of it than the one before.
     fn is_sure(&self, active: MapId) -> bool {
-        let is_shown = self.map == active || self.sightings.iter().any(|sighting| is_most(sighting.found));
+        let is_shown = self.map == active || self.sightings.iter().any(Sighting::shows_most);
         let is_growing = matches!(&self.sightings[..], [.., last, newest] if newest.found.0 > last.found.0);
         let may_show_more = self.is_faint && self.num_missed == 0 && is_growing;
         self.sightings.len() >= IN_A_ROW && is_shown && !may_show_more

@@ -74,6 +74,13 @@ impl Sighting {
         Ok(Self { found, keyframe, around: *around, pose_there, old_from_new, features, same, depth })
     }
 
+    /// Whether more of what should be seen there is found than is missed. Rooms with the same furniture and windows show each other's landmarks,
+    /// as alike as the right ones and in the right places to each other: they are told apart by what is missing.
+    #[must_use]
+    pub fn shows_most(&self) -> bool {
+        2 * self.found.0 > self.found.1
+    }
+
     /// The same once the map of the keyframe was moved to where another sighting says.
     #[must_use]
     pub fn after_joining(&self, by: &Self) -> Self {

@@ -23,12 +23,6 @@ const TRIED_IN_CELL: usize = 4;
 /// A candidate whose place in the image is known worse than this is not looked for: half of the length that it can lie on, pixels.
 const SHARP_PX: f64 = 4.0;
 
-/// Whether more of what should be seen at a place is found than is missed. Rooms with the same furniture and windows show each other's landmarks,
-/// as well as the right ones are found: they are told apart by what is missing.
-pub(crate) const fn is_most((num_found, num_searched): (usize, usize)) -> bool {
-    2 * num_found > num_searched
-}
-
 /// What a search over the local map found.
 #[derive(Debug, Default)]
 pub struct Search {

@@ -11,7 +11,7 @@ use visloc_core::{
 
 use super::{
     AlignFeature, AlignReference, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
-    RotationAligner, collect_local_map, is_most, matcher::whitening, only_turned, search::Search,
+    RotationAligner, collect_local_map, matcher::whitening, only_turned, search::Search,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -74,6 +74,11 @@ pub struct TrackReport {
     pub local_map: LocalMap,
     /// Covariance of the pose, see [`crate::solve::pose_covariance`].
     pub covariance: Option<Matrix6<f64>>,
+}
+
+/// Whether one count is above another one by more than two of its standard deviations.
+fn is_clearly_more(count: usize, than: usize) -> bool {
+    count as f64 > than as f64 + 2.0 * (than as f64).sqrt()
 }
 
 /// Follows the camera over a map.
@@ -182,13 +187,12 @@ impl Tracker {
         let predicted = self.predict(map, last, incoming);
         work.timer.end("image alignment");
         let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
-        if !is_most((report.num_matched, report.num_searched)) {
+        if is_clearly_more(last.features.len(), report.num_matched) {
             // Where images tell little of a direction, as along the boards of a floor, their alignment slips by some pixels, and what is found
-            // from there is drawn along. To go on as before is better where clearly more is found: by two deviations of a count.
+            // from there is drawn along. To go on as before is better where clearly more is found.
             let by_motion = self.expected_motion(last, incoming) * last.camera_from_world;
             let other = self.track_near(map, incoming, (&by_motion, 0), last, work);
-            let num_matched = report.num_matched as f64;
-            if other.num_matched as f64 > num_matched + 2.0 * num_matched.sqrt() {
+            if is_clearly_more(other.num_matched, report.num_matched) {
                 report = other;
             }
         }
