@@ -17,7 +17,8 @@ use crate::{
     track::{FrameWork, Incoming, Quality, Tracker},
 };
 
-/// Images that are kept while there is no map, for their poses to be found later. They take about 1.4 bytes a pixel each.
+/// Images that are kept while there is no map, for their poses to be found later. They take about 1.4 bytes a pixel each. Of more those
+/// are let go that differ least from the ones beside them: a camera that stands after a quick turn must not push that turn out.
 pub(crate) const MOST_WAITING: usize = 45;
 /// Tracked frames that are kept, for a loss: a quick turn takes half a second, and before it there is nothing that a map behind it knows.
 const MOST_RECENT: usize = 15;
@@ -66,7 +67,9 @@ pub(crate) struct Found {
     pub keyframe: KeyframeId,
     /// Its pose relative to that keyframe.
     pub camera_from_keyframe: Rigid3<CameraFrame, CameraFrame>,
-    /// Covariance of that pose.
+    /// The frame that was followed before it, the next one in time that was kept: its number, and its pose relative to that keyframe.
+    pub next: Option<(usize, Rigid3<CameraFrame, CameraFrame>)>,
+    /// Covariance of its own pose.
     pub covariance: Option<Matrix6<f64>>,
     /// Covariance of its pose in the map in which it was tracked before, if it was.
     pub covariance_before: Option<Matrix6<f64>>,
@@ -119,19 +122,19 @@ impl Backfill {
 
     /// Keeps an image for which there is no map yet.
     pub fn keep(&mut self, incoming: &Incoming<'_>) {
-        if self.waiting.len() >= MOST_WAITING {
-            self.waiting.remove(0);
-        }
         self.waiting.push(Waiting::new(incoming, None, true));
+        thin_out(&mut self.waiting, MOST_WAITING);
     }
 
     /// Keeps an image for a while that was tracked, with the covariance of its pose, or that could not be.
     pub fn remember(&mut self, incoming: &Incoming<'_>, covariance: Option<Matrix6<f64>>) {
-        // Once the camera is lost, the images before come with those that it takes until a start begins.
-        let most = if covariance.is_some() { MOST_RECENT } else { MOST_RECENT + MOST_WAITING };
-        let num_old = (self.recent.len() + 1).saturating_sub(most);
-        self.recent.drain(..num_old);
         self.recent.push(Waiting::new(incoming, covariance, false));
+        if covariance.is_some() {
+            self.recent.drain(..self.recent.len().saturating_sub(MOST_RECENT));
+        } else {
+            // Once the camera is lost, the images before come with those that it takes until a start begins.
+            thin_out(&mut self.recent, MOST_RECENT + MOST_WAITING);
+        }
     }
 
     /// Lets go of the images before the camera was lost: it was found again, or all is begun anew.
@@ -195,10 +198,28 @@ impl Backfill {
             at: *at,
             keyframe: self.first,
             camera_from_keyframe: report.frame.camera_from_world * map.pose_of(self.first).inverse(),
+            next: self.followed.last().map(|next| (next.number, next.camera_from_keyframe)),
             covariance: report.covariance,
             covariance_before: *covariance,
         };
         tracker.accept(report.frame);
         Some(found)
     }
+}
+
+/// Lets go of the image without which the ones beside it differ least, if there are too many. The first and the last stay.
+fn thin_out(images: &mut Vec<Waiting>, most: usize) {
+    if images.len() <= most {
+        return;
+    }
+    let least = (1..images.len().saturating_sub(1))
+        .min_by_key(|&i| difference(&images[i - 1].pyramid, &images[i + 1].pyramid))
+        .unwrap_or_default();
+    images.remove(least);
+}
+
+/// How much two images differ, as the sum of what the pixels of the coarsest level do.
+fn difference(a: &Pyramid, b: &Pyramid) -> u64 {
+    let [a, b] = [a, b].map(|pyramid| pyramid.level(pyramid.num_levels() - 1).data());
+    a.iter().zip(b).map(|(a, b)| u64::from(a.abs_diff(*b))).sum()
 }

@@ -1,11 +1,16 @@
 //! A map is started, and the frames before it are filled in.
 
-use visloc_core::{Timestamp, geom::Rigid3};
+use visloc_core::{
+    Timestamp,
+    geom::{CameraFrame, Rigid3},
+};
 
 use super::{FrontEnd, PROBATION_FRAMES, Phase};
 use crate::{
     atlas::Similarity,
     backfill::BackfillStep,
+    lie::{exp, log},
+    map::KeyframeId,
     outcome::{FrameOutcome, TrackingState},
     schedule::Job,
     start::{StartStep, StartedMap},
@@ -116,7 +121,22 @@ impl FrontEnd {
             }
         };
         self.crossings.extend(self.crossing_at(&found));
-        let (number, place) = (found.number, (found.keyframe, found.camera_from_keyframe));
+        self.fill_in(found.number, (found.keyframe, found.camera_from_keyframe));
+        if let Some((next, camera_from_keyframe)) = found.next {
+            // Those in between were let go since they show the same.
+            let motion = camera_from_keyframe * found.camera_from_keyframe.inverse();
+            let secs = |number: usize| Some(self.frames.get(number)?.at.secs_since(found.at));
+            let shares: Vec<_> = (found.number + 1..next)
+                .filter_map(|number| Some((number, secs(number)? / secs(next)?)))
+                .collect();
+            for (number, share) in shares {
+                self.fill_in(number, (found.keyframe, exp(&(log(&motion) * share)) * found.camera_from_keyframe));
+            }
+        }
+    }
+
+    /// Notes where a frame was, unless its pose is known already.
+    fn fill_in(&mut self, number: usize, place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>)) {
         if self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none() || frame.is_carried) {
             self.place(number, place, self.map.scale_of(place.0));
             if let Some(frame) = self.frames.get_mut(number) {
