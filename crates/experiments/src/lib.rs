@@ -20,7 +20,7 @@ pub mod team;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
-    merge, run, run_until,
+    merge, run, run_until, work_until,
 };
 pub(crate) use framework::{mean, number, percent, quantile, ratio, sorted};
 pub use published::{PublishedTable, published_tables};

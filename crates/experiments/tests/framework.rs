@@ -4,7 +4,11 @@
 
 use std::{
     fs,
-    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
+    thread,
 };
 
 use rand::RngExt;
@@ -73,16 +77,67 @@ fn the_same_seed_gives_the_same_results_on_any_number_of_threads() {
 fn a_stopped_experiment_keeps_what_is_done_and_goes_on_later() {
     let folder = tempfile::tempdir().unwrap();
     let options = options(3, "1/1", RunTarget::Folder(folder.path()));
-    let stop_sign = AtomicBool::new(false);
+    let stop_sign = Arc::new(AtomicBool::new(false));
     let mut stop_soon = |done: RunProgress| {
         if done.num_done > 0 {
             stop_sign.store(true, Ordering::Relaxed);
         }
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-    let part = pool.install(|| run_until(&Dice::new(6), &options, &stop_sign, &mut stop_soon)).unwrap();
+    let dice = Arc::new(Dice::new(6));
+    let part = run_until(&dice, &options, &two_threads(), &stop_sign, &mut stop_soon).unwrap();
     assert!(part.num_missing() > 0 && part.num_missing() < part.num_runs());
     assert_eq!(run(&Dice::new(6), &options, &mut |_| ()).unwrap(), whole(3));
+}
+
+fn two_threads() -> Arc<rayon::ThreadPool> {
+    Arc::new(rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap())
+}
+
+/// Two runs that end at once, and two that give the stop sign and never end.
+struct Endless {
+    cells: [Cell; 2],
+    stop_sign: Arc<AtomicBool>,
+}
+
+impl Experiment for Endless {
+    type Settings = ();
+    type Record = u64;
+
+    fn name(&self) -> &'static str {
+        "endless"
+    }
+
+    fn settings(&self) -> &() {
+        &()
+    }
+
+    fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    fn runs_per_thread(&self) -> usize {
+        1
+    }
+
+    fn run(&self, cell: usize, run: u64, _: &RngTree) -> Result<u64, ExperimentError> {
+        if cell == 0 {
+            return Ok(run);
+        }
+        self.stop_sign.store(true, Ordering::Relaxed);
+        loop {
+            thread::park();
+        }
+    }
+}
+
+#[test]
+fn runs_that_have_begun_are_not_waited_for() {
+    let stop_sign = Arc::new(AtomicBool::new(false));
+    let cells = ["short", "long"].map(|label| Cell { label: label.to_owned(), num_runs: 2 });
+    let endless = Arc::new(Endless { cells, stop_sign: Arc::clone(&stop_sign) });
+    let options = options(3, "1/1", RunTarget::Memory);
+    let part = run_until(&endless, &options, &two_threads(), &stop_sign, &mut |_| ()).unwrap();
+    assert_eq!((part.cell(0).copied().collect::<Vec<_>>(), part.num_missing()), (vec![0, 1], 2));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::{
     io::{self, IsTerminal},
     path::Path,
+    sync::{Arc, mpsc::Sender},
 };
 
 use anyhow::{Context, Result, bail};
@@ -18,7 +19,9 @@ use visloc_experiments::{
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
     team::{TeamExperiment, TeamSettings},
+    work_until,
 };
+use visloc_plot::Picture;
 
 use crate::{
     args::{ExperimentArgs, ExperimentCommand, InputName, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
@@ -39,19 +42,20 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
     match &args.command {
         ExperimentCommand::Symmetry(args) => {
             let part = if args.long { SymmetryPart::Long } else { SymmetryPart::Published };
-            conduct(&symmetry(part, args.runs), &args.common, |experiment, results, seed| {
-                let times = timed(|clock_ms| measure_iterations(seed, clock_ms), || thread_cpu_secs() * 1e3)?;
+            conduct(symmetry(part, args.runs), &args.common, |experiment, results, seed| {
+                let times =
+                    unless_stopped(move || measure_iterations(seed, &mut || thread_cpu_secs() * 1e3))?;
                 experiment.report(results, seed, &times)
             })
         }
         ExperimentCommand::Kidnap(args) => {
-            conduct(&KidnapExperiment::new(args.runs), &args.common, KidnapExperiment::report)
+            conduct(KidnapExperiment::new(args.runs), &args.common, KidnapExperiment::report)
         }
         ExperimentCommand::Markov(args) => {
             let recording = args.recording.as_deref().map(Path::to_path_buf);
             let settings = MarkovSettings { recording, ..MarkovSettings::default() };
             let experiment = MarkovExperiment::new(settings, args.cells.runs)?;
-            conduct(&experiment, &args.cells.common, |e, results, seed| Ok(e.report(results, seed)))
+            conduct(experiment, &args.cells.common, |e, results, seed| Ok(e.report(results, seed)))
         }
         ExperimentCommand::Robocup(args) => robocup(args),
         ExperimentCommand::Office(args) => {
@@ -63,11 +67,11 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
                 settings.algorithms.clone_from(&args.algorithms);
             }
             let experiment = OfficeExperiment::new(settings, args.runs)?;
-            conduct(&experiment, &args.common, OfficeExperiment::report)
+            conduct(experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
         }
         ExperimentCommand::Team(args) => {
             let settings = TeamSettings { secs: args.secs, ..TeamSettings::default() };
-            conduct(&TeamExperiment::new(settings, args.runs), &args.common, TeamExperiment::report)
+            conduct(TeamExperiment::new(settings, args.runs), &args.common, TeamExperiment::report)
         }
         ExperimentCommand::SlamConfigs(args) => slam(SlamStudy::Configs, args),
         ExperimentCommand::SlamLostPoints(args) => slam(SlamStudy::LostPoints, args),
@@ -88,7 +92,7 @@ fn slam(study: SlamStudy, args: &SlamStudyArgs) -> Result<()> {
     let experiment = SlamExperiment::new(settings, args.runs, Clock::new(thread_cpu_secs))?;
     experiment.warnings().iter().for_each(|warning| say::note!("{warning}"));
     SkippedReport::new(experiment.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
-    conduct(&experiment, &args.common, SlamExperiment::report)
+    conduct(experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
 }
 
 fn symmetry(part: SymmetryPart, runs: Option<u64>) -> SymmetryExperiment {
@@ -115,37 +119,49 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     let (usual, quick) = NUM_ROBOCUP_RUNS;
     let num_runs = args.seeds.unwrap_or(if args.quick { quick } else { usual });
     let experiment = RobocupExperiment::new(settings, num_runs)?;
-    conduct(&experiment, &args.common, |experiment, results, seed| {
-        let watch = Stopwatch::start();
-        let timings = timed(|clock_ms| measure(experiment, seed, clock_ms), || watch.ms())?;
+    conduct(experiment, &args.common, |experiment, results, seed| {
+        let settings = experiment.settings().clone();
+        let timings = unless_stopped(move || {
+            let watch = Stopwatch::start();
+            measure(&RobocupExperiment::new(settings, 1)?, seed, &mut || watch.ms())
+        })?;
         experiment.report(results, seed, &timings)
     })
 }
 
-/// Times measured with a clock in milliseconds; none after an interruption: whoever interrupts does not wait for them.
-fn timed<T>(
-    measure: impl FnOnce(&mut dyn FnMut() -> f64) -> Result<Vec<T>, ExperimentError>,
-    mut clock_ms: impl FnMut() -> f64,
+/// What is worked out; nothing after an interruption: whoever interrupts does not wait for it.
+fn unless_stopped<T: Send + 'static>(
+    work: impl FnOnce() -> Result<Vec<T>, ExperimentError> + Send + 'static,
 ) -> Result<Vec<T>, ExperimentError> {
-    if host().is_stopped() { Ok(Vec::new()) } else { measure(&mut clock_ms) }
+    let mut found = None;
+    if !host().is_stopped() {
+        let work = move |sender: Sender<_>| drop(sender.send(work()));
+        work_until(&host().stop_sign(), work, &mut |all| found = Some(all));
+    }
+    found.unwrap_or_else(|| {
+        host().note_interruption();
+        Ok(Vec::new())
+    })
 }
 
 /// What makes a report of an experiment's records.
 type MakeReport<E> = fn(&E, &Results<<E as Experiment>::Record>, u64) -> Result<Report, ExperimentError>;
 
 /// Does the runs that are not there yet and shows what all of them found.
-fn conduct<E: Experiment>(experiment: &E, args: &RunsArgs, report: MakeReport<E>) -> Result<()>
-where
-    E::Record: Sync,
-{
+fn conduct<E: Experiment<Record: 'static> + Send + 'static>(
+    experiment: E,
+    args: &RunsArgs,
+    report: MakeReport<E>,
+) -> Result<()> {
     let stopwatch = Stopwatch::start();
     let target = args.out.as_deref().map_or(RunTarget::Memory, RunTarget::Folder);
     let options = RunOptions { seed: args.seed.value(), shard: args.shard, target };
     let progress = Progress::runs();
     let mut watch = |done: RunProgress| progress.set(done.num_done, done.num_wanted);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
+    let experiment = Arc::new(experiment);
     stop_at_signals();
-    let results = pool.install(|| run_until(experiment, &options, &host().stop_sign(), &mut watch));
+    let results = run_until(&experiment, &options, &Arc::new(pool), &host().stop_sign(), &mut watch);
     progress.clear();
     let results = results?;
     if host().is_stopped() {
@@ -163,7 +179,10 @@ where
             results.num_missing()
         );
     }
-    show(&report(experiment, &results, args.seed.value())?, args.out.as_deref(), args.json.json.as_deref())?;
+    let seed = args.seed.value();
+    let mut report = report(&experiment, &results, seed)?;
+    report.pictures.extend(unless_stopped(move || experiment.pictures_of_runs(&results, seed))?);
+    show(&report, args.out.as_deref(), args.json.json.as_deref())?;
     if io::stderr().is_terminal() {
         eprintln!("{:.1} s", stopwatch.secs());
     }
@@ -190,22 +209,51 @@ fn settings_of<T: serde::de::DeserializeOwned>(manifest: &Manifest, folder: &Pat
 
 fn merge_parts(args: &MergeArgs) -> Result<()> {
     let folders: Vec<&Path> = args.folders.iter().map(|folder| &**folder).collect();
-    show(&merged(&folders, args.runs)?, args.out.as_deref(), args.json.json.as_deref())
+    let Merged { mut report, draw } = merge_folders(&folders, args.runs)?;
+    report.pictures.extend(draw()?);
+    show(&report, args.out.as_deref(), args.json.json.as_deref())
 }
 
-/// What parts have found together. Which experiment they are of is written in their folders.
+/// What parts have found together, but for pictures of runs. Which experiment they are of is written in their folders.
 pub fn merged(folders: &[&Path], num_runs: Option<u64>) -> Result<Report> {
+    Ok(merge_folders(folders, num_runs)?.report)
+}
+
+/// Draws pictures of runs.
+type Draw = Box<dyn FnOnce() -> Result<Vec<(String, Picture)>, ExperimentError>>;
+
+struct Merged {
+    report: Report,
+    draw: Draw,
+}
+
+impl Merged {
+    fn new<E: Experiment<Record: 'static> + 'static>(
+        experiment: E,
+        seed: u64,
+        folders: &[&Path],
+        report: MakeReport<E>,
+    ) -> Result<Self> {
+        let results = merge(&experiment, seed, folders)?;
+        let report = report(&experiment, &results, seed)?;
+        Ok(Self { report, draw: Box::new(move || experiment.pictures_of_runs(&results, seed)) })
+    }
+}
+
+fn merge_folders(folders: &[&Path], num_runs: Option<u64>) -> Result<Merged> {
     let first = *folders.first().context("expected at least one folder")?;
     let manifest = Manifest::read(first)?;
-    Ok(match manifest.experiment.as_str() {
+    let seed = manifest.seed;
+    match manifest.experiment.as_str() {
         "symmetry" => {
             let settings: SymmetrySettings = settings_of(&manifest, first)?;
-            let experiment = symmetry(settings.part, num_runs);
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed, &[])?
+            Merged::new(symmetry(settings.part, num_runs), seed, folders, |e, results, seed| {
+                e.report(results, seed, &[])
+            })
         }
         "kidnap" => {
             let experiment = KidnapExperiment::new(num_runs.unwrap_or(NUM_RUNS));
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
+            Merged::new(experiment, seed, folders, KidnapExperiment::report)
         }
         "markov" => {
             let settings: MarkovSettings = settings_of(&manifest, first)?;
@@ -214,28 +262,28 @@ pub fn merged(folders: &[&Path], num_runs: Option<u64>) -> Result<Report> {
                 bail!("{}: holds runs with tables of captures, which no command takes", first.display());
             }
             let experiment = MarkovExperiment::new(settings, num_runs.unwrap_or(NUM_RUNS))?;
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)
+            Merged::new(experiment, seed, folders, |e, results, seed| Ok(e.report(results, seed)))
         }
         "robocup" => {
             let settings: RobocupSettings = settings_of(&manifest, first)?;
             let experiment = RobocupExperiment::new(settings, num_runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed, &[])?
+            Merged::new(experiment, seed, folders, |e, results, seed| e.report(results, seed, &[]))
         }
         "office" => {
             let settings: OfficeSettings = settings_of(&manifest, first)?;
             let experiment = OfficeExperiment::new(settings, num_runs.unwrap_or(5))?;
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
+            Merged::new(experiment, seed, folders, |e, results, seed| Ok(e.report(results, seed)))
         }
         "team" => {
             let settings: TeamSettings = settings_of(&manifest, first)?;
             let experiment = TeamExperiment::new(settings, num_runs.unwrap_or(25));
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
+            Merged::new(experiment, seed, folders, TeamExperiment::report)
         }
         name if name.starts_with("slam-") => {
             let settings: SlamSettings = settings_of(&manifest, first)?;
             let experiment = SlamExperiment::new(settings, num_runs.unwrap_or(3), Clock::still())?;
-            experiment.report(&merge(&experiment, manifest.seed, folders)?, manifest.seed)?
+            Merged::new(experiment, seed, folders, |e, results, seed| Ok(e.report(results, seed)))
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
-    })
+    }
 }

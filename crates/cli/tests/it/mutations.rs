@@ -38,7 +38,7 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 7] = [
+const FOUND: [(&str, &str); 8] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
@@ -59,6 +59,12 @@ const FOUND: [(&str, &str); 7] = [
     (
         "experiment_records",
         "\0{\"experiment\":\"markov\",\"seed\":1,\"settings\":{\"captures\":{\"per_state\":18446744073709551615,\"seed\":1}}}",
+    ),
+    // A map was made once more for its pictures: a minute.
+    (
+        "experiment_records",
+        "\0{\"experiment\":\"slam-configs\",\"seed\":1,\"settings\":{\"study\":\"configs\",\"sequences\":[\"sim:room\"],\
+         \"configurations\":[\"config1\"],\"max_frames\":18446744073709551615}}",
     ),
     // A building of another kind became a map file that is none.
     (

@@ -63,7 +63,7 @@ fn has(workspace: &Workspace, names: &[&str]) {
     }
 }
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 10] = [
     Case {
         args: &[
             "localize",
@@ -170,6 +170,16 @@ const CASES: [Case; 9] = [
         begun: ("e/records.jsonl", 0),
         code: 130,
         check: |workspace| has(workspace, &["e/report.txt", "e/report.json", "e/kidnap.csv", "e.json"]),
+    },
+    // A run takes half a minute and longer, and is not waited for.
+    Case {
+        args: &["experiment", "slam-kidnap", "--out", "e", "--json", "e.json"],
+        begun: ("e/experiment.json", 0),
+        code: 130,
+        check: |workspace| {
+            has(workspace, &["e/report.txt", "e/report.json", "e.json"]);
+            assert_eq!(workspace.read("e/records.jsonl"), "");
+        },
     },
     Case {
         args: &["extract", "sim:tour", "--out", "d"],

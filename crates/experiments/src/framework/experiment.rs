@@ -2,7 +2,9 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 use visloc_core::RngTree;
+use visloc_plot::Picture;
 
+use super::Results;
 use crate::ExperimentError;
 
 /// Runs under the same conditions.
@@ -45,4 +47,16 @@ pub trait Experiment: Sync {
     /// # Errors
     /// Whatever makes the run impossible; a run that finds nothing is a record.
     fn run(&self, cell: usize, run: u64, seeds: &RngTree) -> Result<Self::Record, ExperimentError>;
+
+    /// Pictures for which something is run again, so that they take minutes. They are no part of a report.
+    ///
+    /// # Errors
+    /// If a run for a picture is impossible.
+    fn pictures_of_runs(
+        &self,
+        _results: &Results<Self::Record>,
+        _seed: u64,
+    ) -> Result<Vec<(String, Picture)>, ExperimentError> {
+        Ok(Vec::new())
+    }
 }

@@ -15,7 +15,7 @@ pub use experiment::{Cell, Experiment};
 pub use merge::merge;
 pub use report::Report;
 pub use results::Results;
-pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until};
+pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until, work_until};
 pub use shard::Shard;
 pub(crate) use statistics::{mean, number, percent, quantile, ratio, sorted};
 pub use store::Manifest;

@@ -3,12 +3,13 @@
 use serde::{Deserialize, Serialize};
 use visloc_core::RngTree;
 use visloc_locate::Algorithm;
+use visloc_plot::Picture;
 
 use super::{
     place,
     walk::{Walk, follow},
 };
-use crate::{Cell, Experiment, ExperimentError};
+use crate::{Cell, Experiment, ExperimentError, Results};
 
 /// What decides the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,5 +111,13 @@ impl Experiment for OfficeExperiment {
 
     fn run(&self, cell: usize, run: u64, seeds: &RngTree) -> Result<OfficeRecord, ExperimentError> {
         Ok(follow(&self.walk(cell), run, seeds)?.record())
+    }
+
+    fn pictures_of_runs(
+        &self,
+        _: &Results<OfficeRecord>,
+        seed: u64,
+    ) -> Result<Vec<(String, Picture)>, ExperimentError> {
+        self.pictures(seed)
     }
 }

@@ -2,13 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_core::{Clock, RngTree, SkippedInput};
+use visloc_plot::Picture;
 use visloc_slam::SlamConfig;
 
 use super::{
     follow::{SlamRunRecord, follow},
+    map_pictures,
+    pictures::file_name,
     sequence::{SlamSequence, open, short_name},
 };
-use crate::{Cell, Experiment, ExperimentError};
+use crate::{Cell, Experiment, ExperimentError, Results};
 
 /// Which question is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -184,5 +187,20 @@ impl Experiment for SlamExperiment {
             open(sequence, self.settings.max_frames).map_err(refused)?;
         let seed = seeds.stream_seed("slam", run);
         follow(images.as_mut(), truth.as_ref(), &config, seed, self.clock.clone()).map_err(refused)
+    }
+
+    fn pictures_of_runs(
+        &self,
+        _: &Results<SlamRunRecord>,
+        _: u64,
+    ) -> Result<Vec<(String, Picture)>, ExperimentError> {
+        let mut pictures = Vec::new();
+        if self.settings.study == SlamStudy::Configs {
+            for sequence in &self.settings.sequences {
+                let file = file_name(&short_name(sequence));
+                pictures.extend(map_pictures::all(sequence, &file, self.settings.max_frames)?);
+            }
+        }
+        Ok(pictures)
     }
 }

@@ -5,31 +5,33 @@ use visloc_plot::{
     ValueAxis, bar_chart, space_views, time_series,
 };
 
-use super::{SlamExperiment, SlamRunRecord, SlamStudy, map_pictures, sequence::short_name};
-use crate::{Experiment, ExperimentError, Results, quantile, sorted};
+use super::{SlamExperiment, SlamRunRecord, SlamStudy, sequence::short_name};
+use crate::{Experiment, Results, quantile, sorted};
 
 /// Errors below this are drawn at it, meters.
 const LEAST_ERROR_M: f64 = 1e-4;
+
+/// Pictures of a sequence are called so, and by what they show.
+pub(super) fn file_name(short_name: &str) -> String {
+    short_name.replace([':', '/', ' '], "-")
+}
 
 /// For each sequence the first run of each configuration, and the errors of all.
 pub(super) fn pictures(
     experiment: &SlamExperiment,
     results: &Results<SlamRunRecord>,
-) -> Result<Vec<(String, Picture)>, ExperimentError> {
+) -> Vec<(String, Picture)> {
     let settings = experiment.settings();
     let n = settings.configurations.len();
     let mut pictures = Vec::new();
     for (i, sequence) in settings.sequences.iter().enumerate() {
         let name = short_name(sequence);
-        let file = name.replace([':', '/', ' '], "-");
+        let file = file_name(&name);
         let firsts: Vec<(&str, &SlamRunRecord)> = (0..n)
             .filter_map(|j| Some((settings.configurations[j].as_str(), results.cell(i * n + j).next()?)))
             .collect();
         match settings.study {
-            SlamStudy::Configs => {
-                pictures.push((format!("{file}-times"), times(&name, &firsts)));
-                pictures.extend(map_pictures::all(sequence, &file, settings.max_frames)?);
-            }
+            SlamStudy::Configs => pictures.push((format!("{file}-times"), times(&name, &firsts))),
             SlamStudy::LostPoints => {
                 pictures.push((format!("{file}-thresholds"), thresholds(experiment, results, i)));
             }
@@ -42,7 +44,7 @@ pub(super) fn pictures(
         pictures.push((format!("{file}-errors"), errors(&name, &firsts)));
     }
     pictures.push(("errors".to_owned(), bars(experiment, results)));
-    Ok(pictures)
+    pictures
 }
 
 /// Panels above each other, of the first runs.

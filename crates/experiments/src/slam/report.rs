@@ -14,7 +14,7 @@ use super::{
     pictures::pictures,
     sequence::{how_to_get, table_name},
 };
-use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number, published, quantile, sorted};
+use crate::{Experiment, Report, Results, Table, mean, number, published, quantile, sorted};
 
 /// What the runs of a cell have in common.
 struct Summary<'a> {
@@ -102,15 +102,12 @@ impl SlamExperiment {
     }
 
     /// Tables and pictures.
-    ///
-    /// # Errors
-    /// If a sequence cannot be opened for a picture.
-    pub fn report(&self, results: &Results<SlamRunRecord>, seed: u64) -> Result<Report, ExperimentError> {
+    pub fn report(&self, results: &Results<SlamRunRecord>, seed: u64) -> Report {
         let num_done = results.num_runs() - results.num_missing();
         let json = self.cells().iter().enumerate().map(|(cell, conditions)| {
             serde_json::json!({ "cell": conditions.label, "records": results.cell(cell).collect::<Vec<_>>() })
         });
-        Ok(Report {
+        Report {
             heading: format!(
                 "Experiment {}: {num_done} of {} runs, seed {seed}",
                 self.name(),
@@ -121,8 +118,8 @@ impl SlamExperiment {
             json: serde_json::json!({
                 "experiment": self.name(), "seed": seed, "runs": num_done, "cells": json.collect::<Vec<_>>()
             }),
-            pictures: pictures(self, results)?,
-        })
+            pictures: pictures(self, results),
+        }
     }
 
     /// What the tables mean, and a line for each sequence of the documents that was not given.

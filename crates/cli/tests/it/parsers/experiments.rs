@@ -6,10 +6,9 @@ use serde_json::{Value, json};
 use visloc_cli::merged;
 use visloc_core::Clock;
 use visloc_experiments::{
-    Experiment, Manifest,
+    Experiment,
     kidnap::KidnapExperiment,
     markov::{MarkovExperiment, MarkovSettings},
-    merge,
     office::{OfficeExperiment, OfficeSettings},
     robocup::{ContenderRecord, KidnapScore, RobocupExperiment, RobocupRecord, RobocupSet, RobocupSettings},
     slam::{SlamExperiment, SlamSettings, SlamStudy},
@@ -127,15 +126,6 @@ pub fn read(bytes: &[u8]) {
         for (name, bytes) in ["experiment.json", "records.jsonl"].into_iter().zip(files) {
             fs::write(folder.join(name), bytes).unwrap();
         }
-        match Manifest::read(folder) {
-            // The report walks once more through the buildings that it names, for minutes.
-            Ok(manifest) if manifest.experiment == "office" => {
-                let settings = serde_json::from_value(manifest.settings);
-                let experiment =
-                    settings.ok().and_then(|settings| OfficeExperiment::new(settings, NUM_RUNS).ok());
-                let _ = experiment.map(|experiment| merge(&experiment, manifest.seed, &[folder]));
-            }
-            _ => drop(merged(&[folder], Some(NUM_RUNS))),
-        }
+        let _ = merged(&[folder], Some(NUM_RUNS));
     });
 }
