@@ -37,7 +37,7 @@ pub enum Cause {
     NoCommonMotion,
     /// The camera has not been found yet in the maps that the run began with.
     NotRecognized,
-    /// The camera was tracked, was lost, and has not been found again.
+    /// The camera was tracked, was lost, and has not been found again; also images of maps that were given up then.
     Lost,
     /// Of a run: there were hardly any images.
     ShortRun,
@@ -196,6 +196,9 @@ impl RunCounters {
             return Diagnosis { findings: Vec::new(), facts };
         }
         let mut counts = self.by_cause;
+        // What was tracked has no pose if its map was given up when the camera was lost.
+        let num_without = ((1.0 - coverage) * self.num as f64).round() as usize;
+        counts[Cause::Lost as usize] += num_without.saturating_sub(counts.iter().sum());
         if self.num < FEW_IMAGES {
             for cause in [Cause::StandingStill, Cause::OnlyTurned, Cause::NoCommonMotion] {
                 counts[Cause::ShortRun as usize] += std::mem::take(&mut counts[cause as usize]);

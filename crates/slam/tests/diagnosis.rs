@@ -104,3 +104,20 @@ fn enough_poses_need_no_cause_and_a_loss_has_its_time() {
     assert!(Cause::ALL.iter().enumerate().all(|(i, cause)| *cause as usize == i), "the list is in order");
     assert!(RunCounters::default().diagnosis(0.0).findings.is_empty());
 }
+
+#[test]
+fn images_of_maps_that_were_given_up_count_as_lost() {
+    let mut counters = RunCounters::default();
+    for i in 0..100 {
+        let state = match i % 20 {
+            0..4 => TrackingState::Starting(StartWait::LittleMotion(1.0)),
+            4..18 => TrackingState::Tracking(Quality::Good),
+            _ => TrackingState::Tracking(Quality::Bad),
+        };
+        counters.count(Timestamp::from_secs(0.1 * f64::from(i)), 100.0, &outcome(state));
+    }
+    // One of five maps was kept.
+    let diagnosis = counters.diagnosis(0.14);
+    let shares: Vec<_> = diagnosis.findings.iter().map(|finding| (finding.cause, finding.share)).collect();
+    assert_eq!(shares, [(Cause::Lost, 0.66), (Cause::StandingStill, 0.2)]);
+}
