@@ -7,18 +7,14 @@ use visloc_io::{
     image_codec::read_image,
     sequence::{fit_calibration, read_calibration},
 };
-use visloc_locate::{
-    Photo, PhotoAnswer, PhotoPose, StartPrior,
-    diagnosis::{Diagnosis, Finding, RunCounters},
-    locate_photo,
-};
+use visloc_locate::{Photo, PhotoAnswer, PhotoPose, diagnosis::RunCounters, locate_photo};
 use visloc_plot::{is_of_series, remove_earlier};
 use visloc_world::Map;
 
 use crate::{
     args::LocateArgs,
     in_map,
-    report::{FindingReport, GroundPose, draw_overlay, explain_localization, pose_in_words, save_json},
+    report::{FindingReport, GroundPose, draw_overlay, explain_photo, pose_in_words, save_json},
     run::Saving,
     say,
     settings::pipeline_config,
@@ -77,9 +73,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
     let best = answer.poses.first().map_or(0.0, |pose| pose.probability);
     let cause = RunCounters::new(&map, &config).cause_in_photo(&photo.image).filter(|_| best < ABOUT_SURE);
-    let findings = cause.map(|cause| Finding { cause, share: 1.0 }).into_iter().collect();
-    let diagnosis =
-        explain_localization(&Diagnosis { findings, ..Diagnosis::default() }, &StartPrior::Uniform);
+    let diagnosis: Vec<FindingReport> = cause.map(explain_photo).into_iter().collect();
     print(&answer, &photo);
     diagnosis.iter().for_each(|finding| say::line!("{}\n  -> {}", finding.sentence, finding.advice));
     let mut saving = Saving::default();

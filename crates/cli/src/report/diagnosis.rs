@@ -30,6 +30,14 @@ pub fn explain_localization(diagnosis: &locating::Diagnosis, start: &StartPrior)
     diagnosis.findings.iter().map(report).collect()
 }
 
+/// The reason why a photo shows no place.
+pub fn explain_photo(cause: locating::Cause) -> FindingReport {
+    let (sentence, advice) = of_localization(cause, &locating::RunFacts::default());
+    // A photo has no topics.
+    let advice = if cause == locating::Cause::Gray { "give it a photo in color" } else { advice };
+    FindingReport { code: cause.code(), from_s: 0.0, share: 1.0, sentence, advice }
+}
+
 /// What helps where the start that would help was given.
 fn with_start(cause: locating::Cause, start: &StartPrior) -> Option<&'static str> {
     match (cause, start) {
@@ -311,6 +319,23 @@ mod tests {
                 );
                 sentences.push(sentence);
             }
+        }
+    }
+
+    #[test]
+    fn advice_for_photos_names_options_of_locate() {
+        use locating::Cause;
+        let known = known_options("locate");
+        for cause in [
+            Cause::Black,
+            Cause::White,
+            Cause::Gray,
+            Cause::NoCarpet,
+            Cause::MapWithoutDoors,
+            Cause::FieldImage,
+        ] {
+            let advice = explain_photo(cause).advice;
+            assert!(options(advice).iter().all(|option| known.contains(option)), "{advice}");
         }
     }
 

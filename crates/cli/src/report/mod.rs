@@ -14,7 +14,9 @@ mod table;
 
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
-pub use diagnosis::{FindingReport, NOT_RECOGNIZED, diagnosis_lines, explain_localization, explain_tracking};
+pub use diagnosis::{
+    FindingReport, NOT_RECOGNIZED, diagnosis_lines, explain_localization, explain_photo, explain_tracking,
+};
 pub use ground_pose::{GroundPose, pose_in_words};
 pub use json::{
     AlgorithmReport, CameraOfRobot, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json,
