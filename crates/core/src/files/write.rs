@@ -309,7 +309,7 @@ pub fn try_file(path: &Path) -> io::Result<()> {
 pub fn try_folder(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(found) if !found.is_dir() => {
-            let message = format!("expected a folder, found that {} is none", path.display());
+            let message = format!("expected a folder, but {} is none", path.display());
             Err(io::Error::new(io::ErrorKind::NotADirectory, message))
         }
         Ok(_) => tempfile::tempfile_in(path).map(drop).map_err(plain),

@@ -130,7 +130,8 @@ impl FrontEnd {
                 .filter_map(|number| Some((number, secs(number)? / secs(next)?)))
                 .collect();
             for (number, share) in shares {
-                self.fill_in(number, (found.keyframe, exp(&(log(&motion) * share)) * found.camera_from_keyframe));
+                let camera_from_keyframe = exp(&(log(&motion) * share)) * found.camera_from_keyframe;
+                self.fill_in(number, (found.keyframe, camera_from_keyframe));
             }
         }
     }
