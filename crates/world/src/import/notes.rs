@@ -34,7 +34,8 @@ pub struct ImportNote {
 
 impl fmt::Display for ImportNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.count, self.what)?;
+        let times = if self.count > 1 { " x" } else { "" };
+        write!(f, "{}{times} {}", self.count, self.what)?;
         if let Some(layer) = &self.layer {
             write!(f, " on layer {layer}")?;
         }

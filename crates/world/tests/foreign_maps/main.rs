@@ -91,7 +91,7 @@ fn one_plan_is_the_same_map_in_every_format() {
 fn what_was_passed_over_is_counted() {
     let (_, notes) = office(load("plan.dxf", dxf(&dxf_pairs())));
     for expected in [
-        "2 INSERT of block \"LEAF90\" on layer A-DOOR (the first in line 91): taken as a door",
+        "2 x INSERT of block \"LEAF90\" on layer A-DOOR (the first in line 91): taken as a door",
         "1 LINE on layer FURNITURE (in line ",
         "passed over, its layer names neither wall, door nor corridor",
         "1 TEXT on layer A-DOOR",
