@@ -1,7 +1,5 @@
 //! `visloc demo` and `visloc simulate`.
 
-use std::path::{Path, PathBuf};
-
 use clap::{Args, ValueEnum};
 
 use super::{
@@ -30,8 +28,15 @@ pub struct DemoArgs {
     #[command(flatten)]
     pub seed: SeedArg,
     /// Folder for pictures, trajectories and numbers [default: out/demo, out/demo-slam]
-    #[arg(long, value_name = "DIR", visible_alias = "plots")]
-    pub out: Option<OutputFolder>,
+    #[arg(
+        long,
+        value_name = "DIR",
+        visible_alias = "plots",
+        default_value = "out/demo",
+        default_value_if("kind", "slam", "out/demo-slam"),
+        hide_default_value = true
+    )]
+    pub out: OutputFolder,
     /// Built-in scenario or TOML file; for slam: room, hall, walking or kidnap [default: demo, room]
     #[arg(long, value_name = "NAME|FILE")]
     pub scenario: Option<InputName>,
@@ -54,15 +59,6 @@ pub enum DemoKind {
 }
 
 impl DemoArgs {
-    /// Where the results go.
-    pub fn out(&self) -> PathBuf {
-        let folder = match self.kind {
-            DemoKind::Field => "out/demo",
-            DemoKind::Slam => "out/demo-slam",
-        };
-        self.out.as_deref().unwrap_or(Path::new(folder)).to_path_buf()
-    }
-
     /// What is simulated.
     pub fn scenario(&self) -> &str {
         let usual = match self.kind {

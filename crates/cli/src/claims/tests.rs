@@ -197,6 +197,14 @@ fn outputs_that_cannot_be_written_are_refused_at_once() {
 }
 
 #[test]
+fn folders_that_nobody_named_are_outputs_as_well() {
+    for (kind, folder) in [("field", "out/demo"), ("slam", "out/demo-slam")] {
+        let error = check(&line(&["visloc", "demo", kind, "--json", folder])).unwrap_err().to_string();
+        assert_eq!(error, format!("--json {folder}: expected another file than --out {folder}"));
+    }
+}
+
+#[test]
 fn no_output_may_have_or_be_below_a_name_that_another_one_takes() {
     let folder = tempfile::tempdir().unwrap();
     let mut num_checked = 0;

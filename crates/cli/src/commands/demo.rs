@@ -74,13 +74,13 @@ fn on_the_field(args: &DemoArgs) -> Result<()> {
     save(args, &report, &results, &mut saving);
     saving.save(outcome.error.map_or(Ok(()), Err));
     saving.end()?;
-    print_next_steps(&args.out());
+    print_next_steps(&args.out);
     Ok(())
 }
 
 fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
     let start = |(algorithm, name, features): &(&'static str, &str, FeatureChoice)| {
-        let file = |extension: &str| args.out().join(format!("{algorithm}.{extension}"));
+        let file = |extension: &str| args.out.join(format!("{algorithm}.{extension}"));
         let files = OutputFiles::create(Some(&file("tum")), Some(&file("csv")))?;
         let settings = RunnerSettings {
             algorithm,
@@ -116,9 +116,9 @@ struct Results<'a> {
 /// Numbers first, pictures last.
 fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>, saving: &mut Saving) {
     let bar = Progress::message("drawing pictures");
-    saving.save(save_json(&args.out().join("summary.json"), report));
+    saving.save(save_json(&args.out.join("summary.json"), report));
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, report));
-    saving.save(write_tum(&args.out().join("truth.tum"), &results.outcome.truth));
+    saving.save(write_tum(&args.out.join("truth.tum"), &results.outcome.truth));
     let curve = |(runner, report)| {
         let (runner, report): (&Runner, &AlgorithmReport) = (runner, report);
         Curve {
@@ -139,8 +139,8 @@ fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>, saving: &mu
         truth: &results.outcome.truth,
         curves: results.runners.iter().zip(&report.algorithms).map(curve).collect(),
     };
-    saving.save(pictures.save(&args.out()).map(drop));
-    saving.save_if(results.analysis.as_ref(), |analysis| Ok(analysis.save(&args.out(), "analysis")?));
+    saving.save(pictures.save(&args.out).map(drop));
+    saving.save_if(results.analysis.as_ref(), |analysis| Ok(analysis.save(&args.out, "analysis")?));
     bar.clear();
 }
 

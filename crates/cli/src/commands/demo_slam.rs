@@ -23,7 +23,7 @@ const PICTURE_EVERY: usize = 100;
 
 /// Runs the demo.
 pub fn execute(args: &DemoArgs) -> Result<()> {
-    let (name, out) = (args.scenario(), args.out());
+    let (name, out) = (args.scenario(), &*args.out);
     let mut tour = CameraTour::new(name, args.seed.value())?.with_threads(args.threads.count());
     if let Some(frames) = args.frames {
         tour = tour.with_frames(0, frames as usize, 1);
@@ -34,7 +34,7 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     say::line!("visloc demo slam: a camera is carried through a room ({name}); nobody tells it anything.");
     say::line!("Where was it, and what did it see?\n");
     let watch = Stopwatch::start();
-    let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
+    let mut pictures = FramePictures::new(out, PICTURE_EVERY);
     let options = RunOptions { seed: args.seed.value(), ..RunOptions::default() };
     let lookers = Lookers { pictures: Some(&mut pictures), ..Lookers::default() };
     let run = run(&mut tour, &SlamConfig::default(), options, lookers)?;
@@ -48,12 +48,12 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     saving.save(write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses(), false));
     saving.save(write_camera_trajectory(&out.join("truth.tum"), truth.poses(), true));
     saving.save(write_ply(&out.join("map.ply"), &run.map, run.slam.camera(), "map units"));
-    saving.save(draw(&out, &title, &run, Some(&truth), error.as_ref()));
+    saving.save(draw(out, &title, &run, Some(&truth), error.as_ref()));
     saving.save(pictures.finish());
     saving.save(run.error.as_ref().map_or(Ok(()), |error| Err(anyhow!(error.clone()))));
     bar.clear();
     saving.end()?;
-    print_next_steps(&out);
+    print_next_steps(out);
     Ok(())
 }
 
