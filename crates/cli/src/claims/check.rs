@@ -216,7 +216,7 @@ fn holds_recording(output: &Output) -> bool {
     match (output.use_as, output.identity.kind()) {
         (UseAs::Recording, Kind::File) => true,
         (UseAs::Recording, Kind::Folder) => output.identity.entries().next().is_some(),
-        (UseAs::File, Kind::File) => is_recording(output.identity.path()),
+        (UseAs::File | UseAs::Map, Kind::File) => is_recording(output.identity.path()),
         _ => false,
     }
 }

@@ -265,6 +265,12 @@ fn recordings_are_replaced_on_demand_only() {
         assert!(error.to_string().contains("--overwrite"), "{error}");
         let error = check(&line(&["visloc", "evaluate", "a", "b", "--json", &path(name)])).unwrap_err();
         assert!(error.to_string().contains("choose another name"), "{error}");
+        // Maps are kept as NAME~, where the next one would take the recording's place.
+        let error = check(&line(&["visloc", "slam", "sim:room", "--save", &path(name)])).unwrap_err();
+        assert!(error.to_string().contains("--overwrite"), "{error}");
+        let trim = ["visloc", "map", "trim", "a.vmap", "--keyframes", "3", "--out", &path(name)];
+        let error = check(&line(&trim)).unwrap_err();
+        assert!(error.to_string().contains("choose another name"), "{error}");
     }
 }
 
