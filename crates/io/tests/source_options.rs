@@ -178,7 +178,9 @@ impl Place {
             SourceOption::CameraFrame => next.topics.camera_frame = other.camera_frame,
             // Which images of a live source come is a matter of speed; none come from behind the end.
             SourceOption::Start => next.range.start = Bound::Frame(if is_live { 1000 } else { 1 }),
-            SourceOption::End => next.range.end = Some(Bound::Frame(if is_live { 0 } else { 2 })),
+            SourceOption::End => {
+                next.range.end = Some(if is_live { Bound::Secs(0.0) } else { Bound::Frame(2) });
+            }
             SourceOption::Stride => next.range.stride = 2,
             SourceOption::Frames => next.range.most = Some(usize::from(!is_live)),
             SourceOption::Scale => next.scale = Some(0.5),

@@ -45,6 +45,9 @@ impl Cut {
         }
         Some(match self.judge.span_secs() {
             None => "expected images, from which --from, --until and --frames count, found none".into(),
+            Some(_) if self.judge.has_ended() => {
+                "no image in the range that was asked for: it ends before it begins".into()
+            }
             Some(secs) => format!(
                 "no image in the range that was asked for: the source has {} images, {secs:.1} s long",
                 self.judge.num_seen()

@@ -331,6 +331,12 @@ fn a_part_is_taken_of_any_source() {
     assert_eq!(stamps("sim.tum").len(), 4);
     let error = workspace.refused(&["localize", &bag, "--map", MAP, "--from", "900s"]);
     assert!(error.contains("in the range that was asked for: the source has 90 images"), "{error}");
+    for (from, until) in [("2s", "15"), ("15", "1s")] {
+        for command in [&["localize", &bag, "--map", MAP][..], &["record", &bag, "--out", "none.mcap"]] {
+            let error = workspace.refused(&[command, &["--from", from, "--until", until]].concat());
+            assert!(error.contains("range that was asked for: it ends before it begins"), "{error}");
+        }
+    }
     let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
     workspace.must(&["slam", clip, "--from", "5", "--stride", "2", "--frames", "10", "--json", "slam.json"]);
     assert_eq!(workspace.json("slam.json")["frames"], 10);

@@ -46,11 +46,11 @@ visloc_core::with_defaults! {
 }
 
 impl SequenceRange {
-    /// Whether it ends before it begins, whatever the sequence.
-    pub fn is_backward(&self) -> bool {
+    /// Whether it ends where it begins, or before, whatever the sequence.
+    pub fn is_empty(&self) -> bool {
         match (self.start, self.end) {
-            (Bound::Frame(start), Some(Bound::Frame(end))) => end < start,
-            (Bound::Secs(start), Some(Bound::Secs(end))) => end < start,
+            (Bound::Frame(start), Some(Bound::Frame(end))) => end <= start,
+            (Bound::Secs(start), Some(Bound::Secs(end))) => end <= start,
             _ => false,
         }
     }
@@ -84,6 +84,7 @@ pub struct RangeJudge {
     first_at: Option<Timestamp>,
     last_at: Option<Timestamp>,
     has_begun: bool,
+    has_ended: bool,
     /// Images until now, without one behind the end; of them since the start of the range; of these those that were taken.
     num_seen: usize,
     num_inside: usize,
@@ -94,8 +95,8 @@ impl RangeJudge {
     /// Of nothing that has come yet.
     pub fn new(range: SequenceRange) -> Self {
         let has_begun = matches!(range.start, Bound::Frame(0)) || range.start == Bound::Secs(0.0);
-        let (first_at, last_at) = (None, None);
-        Self { range, first_at, last_at, has_begun, num_seen: 0, num_inside: 0, num_taken: 0 }
+        let (first_at, last_at, has_ended) = (None, None, false);
+        Self { range, first_at, last_at, has_begun, has_ended, num_seen: 0, num_inside: 0, num_taken: 0 }
     }
 
     /// Judges the next image.
@@ -103,7 +104,8 @@ impl RangeJudge {
         self.first_at.get_or_insert(at);
         self.last_at = Some(at);
         let is_enough = self.range.most.is_some_and(|most| self.num_taken >= most);
-        if is_enough || self.range.end.is_some_and(|end| self.is_reached(end, at, true)) {
+        self.has_ended |= self.range.end.is_some_and(|end| self.is_reached(end, at, true));
+        if is_enough || self.has_ended {
             return InRange::Behind;
         }
         self.has_begun = self.has_begun || self.is_reached(self.range.start, at, true);
@@ -119,7 +121,8 @@ impl RangeJudge {
 
     /// Judges what came beside the images.
     pub fn of_other(&mut self, at: Timestamp) -> InRange {
-        if self.range.end.is_some_and(|end| self.is_reached(end, at, false)) {
+        self.has_ended |= self.range.end.is_some_and(|end| self.is_reached(end, at, false));
+        if self.has_ended {
             return InRange::Behind;
         }
         self.has_begun = self.has_begun || self.is_reached(self.range.start, at, false);
@@ -136,7 +139,7 @@ impl RangeJudge {
     /// Whether no further image can be in the range, of a source with so many.
     pub fn is_over(&self, num_images: Option<usize>) -> bool {
         self.range.most.is_some_and(|most| self.num_taken >= most)
-            || matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
+            || self.has_ended()
             || matches!(self.range.start, Bound::Frame(start) if num_images.is_some_and(|num| start >= num))
     }
 
@@ -148,6 +151,11 @@ impl RangeJudge {
     /// Whether its start has come.
     pub fn has_begun(&self) -> bool {
         self.has_begun
+    }
+
+    /// Whether its end has come, so that nobody knows how much follows.
+    pub fn has_ended(&self) -> bool {
+        self.has_ended || matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
     }
 
     /// Images that were judged, without those behind the end.

@@ -297,7 +297,7 @@ impl SourceOptions {
             }),
             _ => Ok(()),
         };
-        if self.range.is_backward() {
+        if self.range.is_empty() {
             let reason = "expected a place behind that of --from".to_owned();
             return Err(SourcesError::Refused { flag: SourceOption::End.flag(), reason });
         }
@@ -365,15 +365,17 @@ mod tests {
         };
         let seeded = SourceOptions { seed: Some(2), ..SourceOptions::default() };
         assert_eq!(check(&seeded).unwrap_err(), "--seed: x (kind): nothing in it is random; leave it out");
-        let range = SequenceRange {
-            start: Bound::Secs(1.0),
-            end: Some(Bound::Secs(0.5)),
-            ..SequenceRange::default()
-        };
-        let backward = SourceOptions { range, ..SourceOptions::default() };
         let ends = [SourceOption::Start, SourceOption::End];
-        let error = backward.check("x", "kind", Purpose::Images, &ends).unwrap_err().to_string();
-        assert!(error.starts_with("--until: expected a place behind that of --from"), "{error}");
+        for (start, end) in [
+            (Bound::Secs(1.0), Bound::Secs(0.5)),
+            (Bound::Secs(1.0), Bound::Secs(1.0)),
+            (Bound::Frame(5), Bound::Frame(5)),
+        ] {
+            let range = SequenceRange { start, end: Some(end), ..SequenceRange::default() };
+            let empty = SourceOptions { range, ..SourceOptions::default() };
+            let error = empty.check("x", "kind", Purpose::Images, &ends).unwrap_err().to_string();
+            assert!(error.starts_with("--until: expected a place behind that of --from"), "{error}");
+        }
         let elsewhere = vec![SourceOption::Seed];
         assert!(check(&SourceOptions { honored_elsewhere: elsewhere, ..seeded }).is_ok());
         let twice = |name: &str| SourceOptions {

@@ -9,13 +9,11 @@ use crate::sequence::{InRange, RangeJudge, SequenceRange};
 pub(super) struct Ranged<T> {
     inner: Box<dyn Source<T>>,
     judge: RangeJudge,
-    /// Whether the range ended before the source.
-    has_ended: bool,
 }
 
 impl<T> Ranged<T> {
     pub(super) fn new(inner: Box<dyn Source<T>>, range: SequenceRange) -> Self {
-        Self { inner, judge: RangeJudge::new(range), has_ended: false }
+        Self { inner, judge: RangeJudge::new(range) }
     }
 
     /// Why no image came, as the end of a sentence: what the source has beside what was asked for.
@@ -25,7 +23,7 @@ impl<T> Ranged<T> {
         }
         let secs = self.judge.span_secs().unwrap_or_default();
         let has = match (self.judge.num_seen(), self.inner.status().num_items) {
-            _ if self.has_ended => ": it ends before it begins".into(),
+            _ if self.judge.has_ended() => ": it ends before it begins".into(),
             (0, None) => String::new(),
             (0, Some(num)) => format!(": the source has {num} images"),
             (num, _) => format!(": the source has {num} images, {secs:.1} s long"),
@@ -46,10 +44,7 @@ impl<T: Shot> Source<T> for Ranged<T> {
             match self.judge.of_image(item.at()) {
                 InRange::Taken => return Some(Ok(item)),
                 InRange::Before | InRange::Between => {}
-                InRange::Behind => {
-                    self.has_ended = true;
-                    return None;
-                }
+                InRange::Behind => return None,
             }
         }
         None
