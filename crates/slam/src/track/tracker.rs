@@ -76,6 +76,15 @@ pub struct TrackReport {
     pub covariance: Option<Matrix6<f64>>,
 }
 
+impl TrackReport {
+    /// Whether nothing says how far the camera has moved: neither so many landmarks whose depth is known, nor odometry, nor that it has only
+    /// turned. Candidates alone would set the unit of length anew, and the map would go on in another one.
+    fn is_length_guessed(&self, fewest_known: usize) -> bool {
+        let Frame { turned_from, odometry, .. } = &self.frame;
+        self.num_converged < fewest_known && turned_from.is_none() && odometry.is_none()
+    }
+}
+
 /// Whether one count is above another one by more than two of its standard deviations.
 fn is_clearly_more(count: usize, than: usize) -> bool {
     count as f64 > than as f64 + 2.0 * (than as f64).sqrt()
@@ -201,6 +210,9 @@ impl Tracker {
         }
         report.expected_from_world = predicted;
         self.hold_place(map, incoming, &mut report);
+        if report.is_length_guessed(self.config.min_matches / 2) {
+            report.quality = Quality::Bad;
+        }
         if report.quality != Quality::Bad {
             report.frame.exposure = self.exposure_of(map, &report.frame, last, incoming);
         }
@@ -511,4 +523,47 @@ fn align_features(map: &Map, frame: &Frame) -> Vec<AlignFeature> {
             .then(|| AlignFeature { px: feature.px, point: feature.ray * depth })
     };
     frame.features.iter().filter_map(feature).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use visloc_core::{GrayImage, Timestamp};
+
+    use super::*;
+    use crate::{
+        image::Pyramid,
+        odometry::{OdomFromCamera, OdomPose},
+    };
+
+    #[test]
+    fn candidates_alone_do_not_say_how_far_a_camera_has_moved() {
+        let frame = Frame {
+            number: 1,
+            at: Timestamp::default(),
+            pyramid: Arc::new(Pyramid::new(GrayImage::new(40, 30), 1)),
+            camera_from_world: CameraFromWorld::identity(),
+            features: Vec::new(),
+            turned_from: None,
+            odometry: None,
+            exposure: None,
+        };
+        let report = |num_converged, frame: &Frame| TrackReport {
+            frame: frame.clone(),
+            expected_from_world: CameraFromWorld::identity(),
+            quality: Quality::Good,
+            tried: Vec::new(),
+            num_searched: 40,
+            num_fixed_searched: 0,
+            num_matched: 30,
+            num_converged,
+            local_map: LocalMap { keyframes: Vec::new(), landmarks: Vec::new() },
+            covariance: None,
+        };
+        assert!(report(5, &frame).is_length_guessed(6));
+        assert!(!report(6, &frame).is_length_guessed(6));
+        let turned = Frame { turned_from: Some(KeyframeId(0)), ..frame.clone() };
+        assert!(!report(0, &turned).is_length_guessed(6));
+        let odometry = Some(OdomPose { odom_from_camera: OdomFromCamera::identity(), stretch: 0 });
+        assert!(!report(0, &Frame { odometry, ..frame }).is_length_guessed(6));
+    }
 }
