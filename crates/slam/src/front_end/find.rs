@@ -106,7 +106,12 @@ impl FrontEnd {
         incoming: &Incoming<'_>,
         timer: &mut StageTimer,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        self.recognize_among(|_| true, incoming, timer)
+        match self.recognize_among(|_| true, incoming, timer) {
+            Ok(located) if self.keeping == Keeping::Growing && !located.report.is_mostly_found() => {
+                Err(Some(few_found(&located)))
+            }
+            found => found,
+        }
     }
 
     /// Looks for the keyframe, one of some, that shows the place.
@@ -122,8 +127,7 @@ impl FrontEnd {
         timer.end("relocalize");
         match found {
             Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {
-                let (num, of) = (located.report.num_matched, located.report.num_searched);
-                Err(Some((located.keyframe, Refusal::FewFound { num, of })))
+                Err(Some(few_found(&located)))
             }
             found => found,
         }
@@ -176,4 +180,9 @@ impl FrontEnd {
         self.frames.forget_places();
         None
     }
+}
+
+fn few_found(located: &Located) -> (KeyframeId, Refusal) {
+    let (num, of) = (located.report.num_matched, located.report.num_searched);
+    (located.keyframe, Refusal::FewFound { num, of })
 }
