@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use visloc_core::{Source, SourceFrame, geom::Mount};
 use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
-use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
+use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
 
 use crate::{
@@ -102,7 +102,8 @@ pub fn until_stopped(
     UntilStopped::new(Box::new(frames), host())
 }
 
-/// Starts the simulation of a scenario; it ends with Ctrl-C as other sources do (see [`until_stopped`]).
+/// Starts the simulation of a scenario, or of its first frames; it ends with Ctrl-C as other sources do (see
+/// [`until_stopped`]).
 pub fn simulation(
     scenario: &str,
     seed: u64,
@@ -111,10 +112,6 @@ pub fn simulation(
 ) -> Result<Simulation> {
     let scenario = Scenario::load(scenario)?;
     let simulation = Simulation::new(&scenario, seed)?.with_threads(num_threads);
-    let Some(max_frames) = max_frames else { return Ok(simulation) };
-    let max_frames = usize::try_from(max_frames).unwrap_or(usize::MAX);
-    if max_frames > MAX_FRAMES {
-        return Err(anyhow!("--frames: expected at most {MAX_FRAMES} for a simulation, found {max_frames}"));
-    }
-    Ok(simulation.with_num_frames(max_frames))
+    let max_frames = max_frames.map_or(usize::MAX, |frames| frames as usize);
+    Ok(if max_frames < scenario.num_frames() { simulation.with_num_frames(max_frames) } else { simulation })
 }

@@ -343,6 +343,22 @@ fn a_part_is_taken_of_any_source() {
 }
 
 #[test]
+fn a_number_of_frames_only_ever_shortens_a_simulation() {
+    let workspace = Workspace::new();
+    workspace
+        .write("short.toml", "duration_secs = 0.5\nframes_per_sec = 10.0\n[[motion]]\nstand.secs = 1.0\n");
+    for (asked, expected) in [("3", 3), ("5", 5), ("9", 5), ("4000000000", 5)] {
+        let run = ["--frames", asked, "--overwrite"];
+        workspace
+            .must(&[&["simulate", "short.toml", "--out", "s.mcap", "--json", "s.json"], &run[..]].concat());
+        assert_eq!(workspace.json("s.json")["frames"], expected, "simulate --frames {asked}");
+        let localize = ["localize", "sim:short.toml", "--json", "l.json"];
+        workspace.must(&[&localize[..], &run[..]].concat());
+        assert_eq!(workspace.json("l.json")["frames"], expected, "localize --frames {asked}");
+    }
+}
+
+#[test]
 fn a_photo_is_located_in_a_map_of_slam() {
     let workspace = Workspace::new();
     let clip = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");

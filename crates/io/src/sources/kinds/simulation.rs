@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use visloc_core::{ImageSource, Picture, Source};
-use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TEAM, TOURS};
+use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, Scenario, Simulation, TEAM, TOURS};
 
 use super::{SourceKind, Way, always_usable, claims_nothing};
 use crate::{
@@ -116,13 +116,10 @@ fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
         (Some(number), Bound::Frame(start)) => Some(number.saturating_add(start)),
         _ => None,
     };
-    if max_frames.is_some_and(|number| number > MAX_FRAMES) {
-        return request.cannot(format!("--frames: expected at most {MAX_FRAMES} for a simulation"));
-    }
     let simulation = Simulation::new(&scenario, options.seed())?.with_threads(options.num_threads());
     Ok(match max_frames {
-        Some(max_frames) => simulation.with_num_frames(max_frames),
-        None => simulation,
+        Some(max_frames) if max_frames < scenario.num_frames() => simulation.with_num_frames(max_frames),
+        _ => simulation,
     })
 }
 
