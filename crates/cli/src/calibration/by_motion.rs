@@ -94,9 +94,18 @@ pub fn open_images_or_find_camera(source: &str, options: &SourceOptions) -> Resu
     let mut pictures = SourceOptions { range, scale: None, ..options.clone() };
     pictures.honored_elsewhere.push(SourceOption::Scale);
     let mut taken = Taken::default();
-    each_in_stream(source, &pictures, TAKING, &mut |image| taken.take(image.origin(), image))?;
-    let found = taken.find(false).with_context(|| lacking.to_string())?;
-    print(&found, taken.calibrator.num_images());
+    let damage = each_in_stream(source, &pictures, TAKING, &mut |image| taken.take(image.origin(), image))?;
+    let num_images = taken.calibrator.num_images();
+    let found = match (taken.find(false), damage) {
+        // The source is to blame, not what it shows.
+        (Err(_), Some(damage)) if num_images == 0 => return Err(damage),
+        (Err(error), damage) => {
+            damage.iter().for_each(|damage| say::note!("{damage}"));
+            return Err(error.context(lacking.to_string()));
+        }
+        (Ok(found), _) => found,
+    };
+    print(&found, num_images);
     say::note!(
         "visloc calibrate {source} --out camera.toml keeps this camera, and --camera camera.toml spares the time"
     );

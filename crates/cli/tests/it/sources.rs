@@ -9,7 +9,7 @@ use visloc_io::{
     sources::SourceOption,
 };
 
-use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
+use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text, write_program};
 
 #[test]
 fn the_list_says_what_works_here() {
@@ -40,6 +40,10 @@ fn mistakes_name_the_nearest() {
     workspace.write("clip.mp4", "");
     let error = workspace.refused(&["slam", "clip.mp4", "--ffmpeg", "./no-such-program"]);
     assert!(error.contains("cannot be started") && error.contains("--ffmpeg PATH"), "{error}");
+    // A video without images says nothing of its camera, and is to blame itself.
+    write_program(&workspace.path("broken"), "#!/bin/sh\nexit 1\n");
+    let error = workspace.refused(&["slam", "clip.mp4", "--ffmpeg", "./broken"]);
+    assert!(error.contains("after 0 images") && !error.contains("expected a calibration"), "{error}");
 }
 
 /// A copy of a bag goes another way than all other recordings, on which the library tries every option.
