@@ -49,7 +49,8 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     for (path, other) in [(&args.truth, &args.estimate), (&args.estimate, &args.truth)] {
         if is_table_of_robot(path) {
             bail!(
-                "{}: a table of a robot on the ground, and {} has poses of a camera in space; expected two of the same kind",
+                "{}: a table of a robot on the ground, and {} has poses of a camera in space; expected two of the same kind \
+                 (--as robot takes tilted poses for those of a robot that is lifted)",
                 path.display(),
                 other.display()
             );

@@ -141,7 +141,7 @@ fn what_is_meant_otherwise_is_answered_with_what_to_do() {
             &["camera", "board", board[0], board[1], board[2], board[3], "--out", "truth.toml"],
             "ends with .svg",
         ),
-        (&["evaluate", "way.tum", "robot.csv"], "robot.csv: a table of a robot on the ground"),
+        (&["evaluate", "way.tum", "robot.csv"], "of the same kind (--as robot takes"),
         (
             &["likelihood", "sim:office", "--out", "d"],
             "expected the map of a RoboCup field, found a building",
