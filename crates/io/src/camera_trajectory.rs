@@ -1,8 +1,10 @@
-//! Trajectories of a camera in text files of the three usual forms.
+//! Trajectories of a camera in text files of the three usual forms, and as a table of visloc.
 //!
 //! * TUM: `t tx ty tz qx qy qz qw`, seconds and meters.
 //! * KITTI: a 3 x 4 matrix in each line, row by row, and no times: line n gets the time n seconds, from 0.
 //! * EuRoC: a table `t,x,y,z,qw,qx,qy,qz,...`, whole nanoseconds and meters.
+//! * `visloc localize --estimates` in a map of SLAM: a table whose first line is `t,x,y,z,qx,qy,qz,qw,...`, seconds.
+//!   Lines with a 0 in the column `localized` are no poses to rely on, and are passed over, as `--trajectory` does.
 //!
 //! All say where the camera (or body) is in the world: its pose takes points of the camera to the world.
 
@@ -32,6 +34,8 @@ pub enum TrajectoryFormat {
     Kitti,
     /// `t,x,y,z,qw,qx,qy,qz,...`, nanoseconds.
     Euroc,
+    /// `t,x,y,z,qx,qy,qz,qw,...`, seconds, below a line of these names.
+    Table,
 }
 
 /// A trajectory as it was read.
@@ -96,7 +100,13 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
         data_lines(&text).next().ok_or_else(|| FileError::form(path, "expected poses, found none"))?;
     let format = recognize(first.1).map_err(FileError::line(path, first.0))?;
     let (mut poses, mut skipped): (Vec<CameraPose>, _) = (Vec::new(), Vec::new());
-    for (count, (number, line)) in data_lines(&text).enumerate() {
+    let is_table = format == TrajectoryFormat::Table;
+    let localized = first.1.split(',').position(|name| is_table && name.trim() == "localized");
+    let is_wanted = |line: &str| {
+        localized.and_then(|column| line.split(',').nth(column)).is_none_or(|value| value.trim() != "0")
+    };
+    let lines = data_lines(&text).skip(usize::from(is_table)).filter(|(_, line)| is_wanted(line));
+    for (count, (number, line)) in lines.enumerate() {
         let pose = match format {
             TrajectoryFormat::Tum => {
                 parse_tum(line).map(|(at, world_from_camera)| CameraPose { at, world_from_camera })
@@ -106,6 +116,7 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
                 world_from_camera,
             }),
             TrajectoryFormat::Euroc => parse_euroc(line),
+            TrajectoryFormat::Table => parse_table(line),
         };
         let pose = pose.map_err(FileError::line(path, number))?;
         match poses.last_mut() {
@@ -129,7 +140,8 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
     }
     let says =
         |what: &str| text.lines().take_while(|line| line.starts_with('#')).any(|line| line.contains(what));
-    let is_of_camera = format == TrajectoryFormat::Kitti || says(CAMERA_TO_WORLD);
+    let is_of_camera =
+        matches!(format, TrajectoryFormat::Kitti | TrajectoryFormat::Table) || says(CAMERA_TO_WORLD);
     Ok(CameraTrajectoryFile { is_in_map_units: says(MAP_UNITS), is_of_camera, trajectory, format, skipped })
 }
 
@@ -168,9 +180,15 @@ pub(crate) fn read_times(path: &Path) -> Result<Vec<Timestamp>, FileError> {
     Ok(stamps)
 }
 
+/// The first columns of a table of visloc.
+const TABLE: [&str; 8] = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"];
+
 fn recognize(line: &str) -> Result<TrajectoryFormat, String> {
     let (columns, fields) = (line.split(',').count(), line.split_whitespace().count());
     match (columns, fields) {
+        (8.., _) if line.split(',').map(str::trim).zip(TABLE).all(|(name, column)| name == column) => {
+            Ok(TrajectoryFormat::Table)
+        }
         (8.., _) => Ok(TrajectoryFormat::Euroc),
         (1, 8) => Ok(TrajectoryFormat::Tum),
         (1, 12) => Ok(TrajectoryFormat::Kitti),
@@ -213,6 +231,13 @@ fn parse_euroc(line: &str) -> Result<CameraPose, String> {
     let [stamp, values @ ..] = fields.as_slice() else { return Err("expected a pose".to_owned()) };
     let [x, y, z, qw, qx, qy, qz] = numbers(values)?;
     Ok(CameraPose { at: parse_nanos(stamp)?, world_from_camera: rigid([qx, qy, qz, qw], [x, y, z])? })
+}
+
+fn parse_table(line: &str) -> Result<CameraPose, String> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    let [stamp, values @ ..] = fields.as_slice() else { return Err("expected a pose".to_owned()) };
+    let [x, y, z, qx, qy, qz, qw] = numbers(values)?;
+    Ok(CameraPose { at: parse_secs(stamp)?, world_from_camera: rigid([qx, qy, qz, qw], [x, y, z])? })
 }
 
 /// A pose as the rows of a 3 x 4 matrix.
@@ -267,19 +292,30 @@ mod tests {
     }
 
     #[test]
-    fn three_formats_of_the_same_pose() {
+    fn four_formats_of_the_same_pose() {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let tum = format!("# t\n2.5 1 2 3 0 0 {half} {half}\n");
         let euroc = format!("#timestamp,x,...\n2500000000,1,2,3,{half},0,0,{half},0,0,0\n");
         let kitti = "0 -1 0 1 1 0 0 2 0 0 1 3\n";
-        let (tum, euroc, kitti) = (read(&tum).unwrap(), read(&euroc).unwrap(), read(kitti).unwrap());
-        assert_eq!(
-            [tum.format, euroc.format, kitti.format],
-            [TrajectoryFormat::Tum, TrajectoryFormat::Euroc, TrajectoryFormat::Kitti]
+        let table = format!(
+            "t,x,y,z,qx,qy,qz,qw,map,localized\n2,9,9,9,0,0,0,1,0,0\n2.5,1,2,3,0,0,{half},{half},0,1\n"
         );
-        assert_eq!(tum.trajectory.poses()[0].at, euroc.trajectory.poses()[0].at);
+        let (tum, euroc, kitti) = (read(&tum).unwrap(), read(&euroc).unwrap(), read(kitti).unwrap());
+        let table = read(&table).unwrap();
+        assert_eq!(
+            [tum.format, euroc.format, kitti.format, table.format],
+            [
+                TrajectoryFormat::Tum,
+                TrajectoryFormat::Euroc,
+                TrajectoryFormat::Kitti,
+                TrajectoryFormat::Table
+            ]
+        );
+        for file in [&euroc, &table] {
+            assert_eq!(tum.trajectory.poses()[0].at, file.trajectory.poses()[0].at);
+        }
         let turn = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-        for file in [&tum, &euroc, &kitti] {
+        for file in [&tum, &euroc, &kitti, &table] {
             let pose = file.trajectory.poses()[0].world_from_camera;
             assert!((pose.rotation() - turn).norm() < 1e-12);
             assert_eq!(*pose.translation(), Vector3::new(1.0, 2.0, 3.0));
@@ -322,6 +358,7 @@ mod tests {
             ("1 2 3\n".to_owned(), "line 1: expected 8 numbers"),
             ("2 0 0 0 0 2 0 0 0 0 2 0\n".to_owned(), "line 1: expected the matrix of a rotation"),
             ("a,0,0,0,1,0,0,0\n".to_owned(), "line 1: expected a time in whole nanoseconds, found 'a'"),
+            ("t,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,1\n".to_owned(), "line 2: expected 7 numbers, found 6"),
             ("# nothing\n".to_owned(), "expected poses, found none"),
         ] {
             let error = read(&text).unwrap_err();
