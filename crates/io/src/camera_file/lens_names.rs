@@ -2,24 +2,15 @@
 
 use super::tables::plain;
 
-/// The name that ROS has for a lens model with these coefficients: `plumb_bob` or `equidistant`.
+/// The name that ROS has for a lens model with these coefficients: `plumb_bob`, `rational_polynomial` or `equidistant`.
 ///
 /// librealsense has two variants of Brown's model: where they differ from it, they are refused.
 ///
 /// # Errors
 /// What was expected and what was found.
 pub(super) fn ros_model(model: &str, k: &[f64]) -> Result<&'static str, String> {
-    const RADIAL_TANGENTIAL: [&str; 9] = [
-        "",
-        "radialtangential",
-        "radtan",
-        "plumbbob",
-        "rationalpolynomial",
-        "brownconrady",
-        "opencv",
-        "pinhole",
-        "none",
-    ];
+    const RADIAL_TANGENTIAL: [&str; 8] =
+        ["", "radialtangential", "radtan", "plumbbob", "brownconrady", "opencv", "pinhole", "none"];
     const FISHEYE: [&str; 6] =
         ["equidistant", "kannalabrandt", "kannalabrandt4", "kannalabrandt8", "fisheye", "opencvfisheye"];
     let name = plain(model);
@@ -27,6 +18,9 @@ pub(super) fn ros_model(model: &str, k: &[f64]) -> Result<&'static str, String> 
     let is_tangential = k.iter().skip(2).take(2).any(|p| *p != 0.0);
     if FISHEYE.contains(&name) {
         return Ok("equidistant");
+    }
+    if name == "rationalpolynomial" {
+        return Ok("rational_polynomial");
     }
     let is_known = RADIAL_TANGENTIAL.contains(&name) || (name == "modifiedbrownconrady" && !is_tangential);
     // Without coefficients the word may be the name of the camera.
@@ -58,6 +52,7 @@ mod tests {
         ] {
             assert_eq!(ros_model(model, &k).is_ok_and(|name| name == "plumb_bob"), is_radial, "{model}");
         }
+        assert_eq!(ros_model("RATIONAL_POLYNOMIAL", &k), Ok("rational_polynomial"));
         let ideal = ros_model("distortion.inverse_brown_conrady", &[0.0; 5]);
         assert_eq!(ideal, Ok("plumb_bob"));
         let error = ros_model("modified_brown_conrady", &[0.1, 0.0, 0.001, 0.0]).unwrap_err();
