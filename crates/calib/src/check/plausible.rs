@@ -152,9 +152,13 @@ fn check_size(camera: &Camera, images: &[GrayImage], check: &mut CameraCheck) ->
         return !images.is_empty();
     };
     let ratio = image.width() as f64 / width as f64;
-    let is_same_shape = (height as f64 * ratio - image.height() as f64).abs() <= 1.0;
-    let hint = if is_same_shape {
+    let is_shape = |(width, height): (usize, usize)| {
+        (height as f64 * image.width() as f64 / width as f64 - image.height() as f64).abs() <= 1.0
+    };
+    let hint = if is_shape((width, height)) {
         format!("the same shape: scale the calibration by {ratio:.4}")
+    } else if is_shape((height, width)) {
+        "turned by a quarter; turn the images back, or calibrate with images that are turned so".to_owned()
     } else {
         "another shape: cropped or another camera; calibrate with these images".to_owned()
     };
@@ -244,5 +248,12 @@ mod tests {
         }
         assert_eq!(severity_of(&good, &[GrayImage::new(320, 240)], "image size"), Severity::Wrong);
         assert_eq!(severity_of(&good, &[GrayImage::new(640, 480)], "image size"), Severity::Fine);
+        for (size, hint) in
+            [((320, 240), "0.5000"), ((480, 640), "turned by a quarter"), ((640, 400), "cropped")]
+        {
+            let check = check_camera(&good, &[GrayImage::new(size.0, size.1)]);
+            let finding = check.findings.iter().find(|finding| finding.subject == "image size").unwrap();
+            assert!(finding.message.contains(hint), "{}", finding.message);
+        }
     }
 }
