@@ -128,7 +128,7 @@ pub struct SourcesArgs {
     long_about = "Writes what a source delivers as a ROS 2 bag: images and calibration, and of a robot also kinematics, odometry, \
                   feet and truth. A live source is recorded until Ctrl-C, --frames or --patience.\n\n\
                   A bag (.mcap, .db3, .bag of ROS 1) is converted: all its messages, or those of a part, are copied, unless an option of \
-                  images, camera, mount or topics asks for less.\n\n\
+                  images, camera, mount or topics asks for something else: images are written anew then.\n\n\
                   A path that ends in .mcap becomes one file, any other a folder with metadata.yaml.",
     after_long_help = "Examples:\n  \
                        visloc record ros2:/camera/image_raw --out out/run.mcap\n  \
@@ -146,7 +146,7 @@ pub struct RecordArgs {
     pub out: OutputRecording,
     #[command(flatten)]
     pub overwrite: OverwriteArg,
-    /// How images are stored [default: jpeg; those of a bag stay as they are]
+    /// How images are stored [default: jpeg; those of a bag that is copied stay as they are]
     #[arg(long, value_enum)]
     pub images: Option<ImageFormat>,
     /// Images and calibration only, of sources that have more
