@@ -106,12 +106,7 @@ impl FrontEnd {
         incoming: &Incoming<'_>,
         timer: &mut StageTimer,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
-        match self.recognize_among(|_| true, incoming, timer) {
-            Ok(located) if self.keeping == Keeping::Growing && !located.report.is_mostly_found() => {
-                Err(Some(few_found(&located)))
-            }
-            found => found,
-        }
+        self.recognize_among(|_| true, incoming, timer)
     }
 
     /// Looks for the keyframe, one of some, that shows the place.
@@ -127,7 +122,8 @@ impl FrontEnd {
         timer.end("relocalize");
         match found {
             Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {
-                Err(Some(few_found(&located)))
+                let (num, of) = (located.report.num_matched, located.report.num_searched);
+                Err(Some((located.keyframe, Refusal::FewFound { num, of })))
             }
             found => found,
         }
@@ -180,9 +176,4 @@ impl FrontEnd {
         self.frames.forget_places();
         None
     }
-}
-
-fn few_found(located: &Located) -> (KeyframeId, Refusal) {
-    let (num, of) = (located.report.num_matched, located.report.num_searched);
-    (located.keyframe, Refusal::FewFound { num, of })
 }

@@ -83,11 +83,6 @@ impl TrackReport {
         let Frame { turned_from, odometry, .. } = &self.frame;
         self.num_converged < fewest_known && turned_from.is_none() && odometry.is_none()
     }
-
-    /// Whether more of what should be seen is found than missed. A door that looks like another one is not yet the place around that one.
-    pub(crate) fn is_mostly_found(&self) -> bool {
-        2 * self.num_matched > self.num_searched
-    }
 }
 
 /// Whether one count is above another one by more than two of its standard deviations.
@@ -540,8 +535,9 @@ mod tests {
         odometry::{OdomFromCamera, OdomPose},
     };
 
-    fn frame() -> Frame {
-        Frame {
+    #[test]
+    fn candidates_alone_do_not_say_how_far_a_camera_has_moved() {
+        let frame = Frame {
             number: 1,
             at: Timestamp::default(),
             pyramid: Arc::new(Pyramid::new(GrayImage::new(40, 30), 1)),
@@ -550,37 +546,24 @@ mod tests {
             turned_from: None,
             odometry: None,
             exposure: None,
-        }
-    }
-
-    fn report(frame: Frame, num_matched: usize, num_converged: usize) -> TrackReport {
-        TrackReport {
-            frame,
+        };
+        let report = |num_converged, frame: &Frame| TrackReport {
+            frame: frame.clone(),
             expected_from_world: CameraFromWorld::identity(),
             quality: Quality::Good,
             tried: Vec::new(),
-            num_searched: 176,
+            num_searched: 40,
             num_fixed_searched: 0,
-            num_matched,
+            num_matched: 30,
             num_converged,
             local_map: LocalMap { keyframes: Vec::new(), landmarks: Vec::new() },
             covariance: None,
-        }
-    }
-
-    #[test]
-    fn candidates_alone_do_not_say_how_far_a_camera_has_moved() {
-        assert!(report(frame(), 30, 5).is_length_guessed(6));
-        assert!(!report(frame(), 30, 6).is_length_guessed(6));
-        let turned = Frame { turned_from: Some(KeyframeId(0)), ..frame() };
-        assert!(!report(turned, 30, 0).is_length_guessed(6));
+        };
+        assert!(report(5, &frame).is_length_guessed(6));
+        assert!(!report(6, &frame).is_length_guessed(6));
+        let turned = Frame { turned_from: Some(KeyframeId(0)), ..frame.clone() };
+        assert!(!report(0, &turned).is_length_guessed(6));
         let odometry = Some(OdomPose { odom_from_camera: OdomFromCamera::identity(), stretch: 0 });
-        assert!(!report(Frame { odometry, ..frame() }, 30, 0).is_length_guessed(6));
-    }
-
-    #[test]
-    fn a_thing_that_looks_alike_is_not_most_of_a_place() {
-        assert!(!report(frame(), 48, 48).is_mostly_found());
-        assert!(report(frame(), 120, 120).is_mostly_found());
+        assert!(!report(0, &Frame { odometry, ..frame }).is_length_guessed(6));
     }
 }
