@@ -110,8 +110,6 @@ pub fn simulation(
     num_threads: usize,
     max_frames: Option<u32>,
 ) -> Result<Simulation> {
-    let scenario = Scenario::load(scenario)?;
-    let simulation = Simulation::new(&scenario, seed)?.with_threads(num_threads);
-    let max_frames = max_frames.map_or(usize::MAX, |frames| frames as usize);
-    Ok(if max_frames < scenario.num_frames() { simulation.with_num_frames(max_frames) } else { simulation })
+    let simulation = Simulation::new(&Scenario::load(scenario)?, seed)?.with_threads(num_threads);
+    Ok(simulation.with_num_frames(max_frames.map_or(usize::MAX, |frames| frames as usize)))
 }

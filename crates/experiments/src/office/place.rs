@@ -48,7 +48,7 @@ pub(super) fn frames(
     }
     let scenario = Scenario::load(name).map_err(|error| refused(name, &error))?;
     let simulation = Simulation::new(&scenario, seed).map_err(|error| refused(name, &error))?;
-    Ok(Box::new(simulation.with_num_frames(scenario.num_frames().min(max_frames))))
+    Ok(Box::new(simulation.with_num_frames(max_frames)))
 }
 
 /// What a table calls it: a recording goes by its file's name.

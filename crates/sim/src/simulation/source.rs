@@ -16,7 +16,7 @@ use super::{
 use crate::{
     render::{LabelImage, Renderer, Sensor, Shot},
     robot::MotionPlan,
-    scenario::{FIRST_STAMP, MAX_FRAMES, Scenario, ScenarioError},
+    scenario::{FIRST_STAMP, Scenario, ScenarioError},
     scene::{Scene, Surface},
 };
 
@@ -43,7 +43,6 @@ pub struct Simulation {
     camera: Camera,
     sensor: Sensor,
     world: Arc<World>,
-    carrier: Carrier,
     random: RngTree,
     states: Vec<State>,
     step: usize,
@@ -105,15 +104,13 @@ impl Simulation {
         (world, plan): (Arc<World>, Arc<MotionPlan>),
         random: RngTree,
     ) -> Self {
-        let carrier = Carrier::new(&scenario, plan, &random);
-        let states = carrier.states(&scenario, scenario.num_frames(), &random);
+        let states = Carrier::new(&scenario, plan, &random).states(&scenario, &random);
         Self {
             sensor: scenario.camera.sensor(),
             workers: vec![Worker::new(Renderer::new(&camera))],
             scenario,
             camera,
             world,
-            carrier,
             random,
             states,
             step: 1,
@@ -145,10 +142,10 @@ impl Simulation {
         self
     }
 
-    /// Ends after `num_frames` frames of each camera, [`MAX_FRAMES`] at most. If that is longer than the scenario, the robot stands at the end.
+    /// Ends after `num_frames` frames of each camera, or with the scenario if that is shorter.
     #[must_use]
     pub fn with_num_frames(mut self, num_frames: usize) -> Self {
-        self.states = self.carrier.states(&self.scenario, num_frames.min(MAX_FRAMES), &self.random);
+        self.states.truncate(num_frames);
         self.further = self.further.into_iter().map(|camera| camera.with_num_frames(num_frames)).collect();
         self
     }

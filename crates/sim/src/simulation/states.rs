@@ -49,8 +49,8 @@ impl Carrier {
         upright * leaning * self.body.robot_from_camera(secs, moment.swing)
     }
 
-    /// The first `num_frames` states. The first ones do not depend on how many there are.
-    pub(super) fn states(&self, scenario: &Scenario, num_frames: usize, random: &RngTree) -> Vec<State> {
+    /// The states of all frames of a scenario.
+    pub(super) fn states(&self, scenario: &Scenario, random: &RngTree) -> Vec<State> {
         let mut odometry = Odometry::new(&scenario.robot.odometry, random);
         let feet = Feet::new(&scenario.robot.feet, random);
         let drift = ExposureDrift::new(scenario, random);
@@ -80,7 +80,7 @@ impl Carrier {
                 ground_contact: GroundContact::Pressure(feet.pressure(moment.activity, stride, index as u64)),
             }
         };
-        (0..num_frames).map(frame).collect()
+        (0..scenario.num_frames()).map(frame).collect()
     }
 }
 

@@ -117,10 +117,7 @@ fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
         _ => None,
     };
     let simulation = Simulation::new(&scenario, options.seed())?.with_threads(options.num_threads());
-    Ok(match max_frames {
-        Some(max_frames) if max_frames < scenario.num_frames() => simulation.with_num_frames(max_frames),
-        _ => simulation,
-    })
+    Ok(simulation.with_num_frames(max_frames.unwrap_or(usize::MAX)))
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
