@@ -76,13 +76,10 @@ pub struct TrackReport {
     pub covariance: Option<Matrix6<f64>>,
 }
 
-impl TrackReport {
-    /// Whether nothing says how far the camera has moved: neither so many landmarks whose depth is known, nor odometry, nor that it has only
-    /// turned. Candidates alone would set the unit of length anew, and the map would go on in another one.
-    fn is_length_guessed(&self, fewest_known: usize) -> bool {
-        let Frame { turned_from, odometry, .. } = &self.frame;
-        self.num_converged < fewest_known && turned_from.is_none() && odometry.is_none()
-    }
+/// Whether nothing says how far the camera has moved to a frame: neither enough landmarks whose depth is known, nor odometry, nor that it has
+/// only turned. Candidates alone would set the unit of length anew, and the map would go on in another one.
+fn is_length_guessed(frame: &Frame, (num_known, fewest): (usize, usize)) -> bool {
+    num_known < fewest && frame.turned_from.is_none() && frame.odometry.is_none()
 }
 
 /// Whether one count is above another one by more than two of its standard deviations.
@@ -210,7 +207,7 @@ impl Tracker {
         }
         report.expected_from_world = predicted;
         self.hold_place(map, incoming, &mut report);
-        if report.is_length_guessed(self.config.min_matches / 2) {
+        if is_length_guessed(&report.frame, (report.num_converged, self.config.min_matches / 2)) {
             report.quality = Quality::Bad;
         }
         if report.quality != Quality::Bad {
@@ -547,23 +544,10 @@ mod tests {
             odometry: None,
             exposure: None,
         };
-        let report = |num_converged, frame: &Frame| TrackReport {
-            frame: frame.clone(),
-            expected_from_world: CameraFromWorld::identity(),
-            quality: Quality::Good,
-            tried: Vec::new(),
-            num_searched: 40,
-            num_fixed_searched: 0,
-            num_matched: 30,
-            num_converged,
-            local_map: LocalMap { keyframes: Vec::new(), landmarks: Vec::new() },
-            covariance: None,
-        };
-        assert!(report(5, &frame).is_length_guessed(6));
-        assert!(!report(6, &frame).is_length_guessed(6));
+        assert!(is_length_guessed(&frame, (5, 6)) && !is_length_guessed(&frame, (6, 6)));
         let turned = Frame { turned_from: Some(KeyframeId(0)), ..frame.clone() };
-        assert!(!report(0, &turned).is_length_guessed(6));
+        assert!(!is_length_guessed(&turned, (0, 6)));
         let odometry = Some(OdomPose { odom_from_camera: OdomFromCamera::identity(), stretch: 0 });
-        assert!(!report(0, &Frame { odometry, ..frame }).is_length_guessed(6));
+        assert!(!is_length_guessed(&Frame { odometry, ..frame }, (0, 6)));
     }
 }
