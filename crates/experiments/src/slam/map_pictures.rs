@@ -6,7 +6,7 @@ use visloc_plot::{
 };
 use visloc_slam::{
     Slam, SlamConfig,
-    map::{KeyframeId, LandmarkState, Map},
+    map::{KeyframeId, Map},
     mapping::adjust_all,
     track::focal_px,
 };
@@ -89,7 +89,7 @@ fn candidates(map: &Map, keyframe: KeyframeId, num_after: usize) -> Picture {
     };
     let camera_from_world = map.keyframe(keyframe).camera_from_world();
     let known: Vec<Point3<f64>> = of_keyframe()
-        .filter(|(_, landmark)| landmark.state == LandmarkState::Converged)
+        .filter(|(_, landmark)| landmark.is_converged())
         .map(|(_, landmark)| camera_from_world.transform(&landmark.point_in_world))
         .collect();
     let depths = map.landmarks().filter(|(_, landmark)| landmark.is_converged());

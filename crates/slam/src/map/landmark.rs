@@ -32,13 +32,11 @@ pub enum LandmarkState {
 /// A point of the world.
 #[derive(Debug, Clone)]
 pub struct Landmark {
-    /// How much is known of it.
-    pub state: LandmarkState,
     /// Place, map units.
     pub point_in_world: Point3<f64>,
     /// Where keyframes see it; the first is its host.
     pub observations: Observations,
-    /// Inverse depth along the host's ray (z = 1), while it is a candidate: most landmarks of a map have none.
+    /// Inverse depth along the host's ray (z = 1), while it is a candidate.
     pub filter: Option<Box<DepthFilter>>,
     /// Frames in which it should have been seen.
     pub num_visible: u32,
@@ -47,7 +45,7 @@ pub struct Landmark {
     /// Misses in a row.
     pub num_missed: u32,
     /// Frame in which it was made.
-    pub made_at: usize,
+    pub made_at: u32,
 }
 
 impl Landmark {
@@ -65,7 +63,6 @@ impl Landmark {
     /// landmarks.
     pub(super) fn removed() -> Self {
         Self {
-            state: LandmarkState::Removed,
             point_in_world: Point3::origin(),
             observations: Observations::from(Vec::new()),
             filter: None,
@@ -83,18 +80,29 @@ impl Landmark {
         }
     }
 
+    /// How much is known of it.
+    #[inline]
+    #[must_use]
+    pub fn state(&self) -> LandmarkState {
+        match &self.filter {
+            Some(_) => LandmarkState::Candidate,
+            None if self.is_alive() => LandmarkState::Converged,
+            None => LandmarkState::Removed,
+        }
+    }
+
     /// Whether its place is known.
     #[inline]
     #[must_use]
     pub fn is_converged(&self) -> bool {
-        self.state == LandmarkState::Converged
+        self.filter.is_none() && self.is_alive()
     }
 
     /// Whether it is part of the map.
     #[inline]
     #[must_use]
     pub fn is_alive(&self) -> bool {
-        self.state != LandmarkState::Removed
+        !self.observations.is_empty()
     }
 
     /// What a keyframe sees of it.

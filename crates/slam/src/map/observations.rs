@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Point2, Vector3};
 use visloc_core::geom::Camera;
 
-use super::{KeyframeId, SessionCamera};
+use super::{KeyframeId, SessionCamera, StoredObservation};
 use crate::shutter::Exposure;
 
 /// Where a keyframe sees a landmark.
@@ -27,12 +27,36 @@ pub struct Observation {
 /// is kept, so that it stays one where it is long and thin.
 #[derive(Debug, Clone, Copy)]
 struct MeasuredObservation {
-    keyframe: KeyframeId,
+    seen_in: SeenIn,
     px: [f32; 2],
     ray: [f32; 2],
     /// Lower triangle, row by row.
     root_px: [f32; 3],
-    level: u8,
+}
+
+/// A keyframe and a level of its image in one number: so many keyframes nobody makes in a month.
+#[derive(Debug, Clone, Copy)]
+struct SeenIn(u32);
+
+/// Bits of a level: an image of 2^16 px has no more halvings.
+pub(super) const LEVEL_BITS: u32 = 4;
+
+impl SeenIn {
+    fn new(keyframe: KeyframeId, level: usize) -> Self {
+        Self(keyframe.0 << LEVEL_BITS | level as u32)
+    }
+
+    fn keyframe(self) -> KeyframeId {
+        KeyframeId(self.0 >> LEVEL_BITS)
+    }
+
+    fn level(self) -> usize {
+        self.0 as usize % (1 << LEVEL_BITS)
+    }
+
+    fn with(self, keyframe: KeyframeId) -> Self {
+        Self::new(keyframe, self.level())
+    }
 }
 
 impl From<Observation> for MeasuredObservation {
@@ -43,11 +67,10 @@ impl From<Observation> for MeasuredObservation {
         let across = if x > 0.0 { xy / x } else { 0.0 };
         let y = (yy - across * across).max(0.0).sqrt();
         Self {
-            keyframe,
+            seen_in: SeenIn::new(keyframe, level),
             px: [px.x as f32, px.y as f32],
             ray: plane_of(&ray),
             root_px: [x, across, y].map(|root| root as f32),
-            level: level as u8,
         }
     }
 }
@@ -57,12 +80,16 @@ impl MeasuredObservation {
         let [x, y] = self.ray.map(f64::from);
         let [xx, xy, yy] = self.root_px.map(f64::from);
         Observation {
-            keyframe: self.keyframe,
+            keyframe: self.keyframe(),
             px: self.px.map(f64::from).into(),
             ray: Vector3::new(x, y, 1.0),
-            level: usize::from(self.level),
+            level: self.seen_in.level(),
             covariance_px: Matrix2::new(xx * xx, xx * xy, xx * xy, xy * xy + yy * yy),
         }
+    }
+
+    fn keyframe(&self) -> KeyframeId {
+        self.seen_in.keyframe()
     }
 
     fn ray_through(&self, camera: &Camera) -> [f32; 2] {
@@ -77,37 +104,62 @@ fn plane_of(ray: &Vector3<f64>) -> [f32; 2] {
 /// Steps of a correlation.
 pub(super) const CORRELATIONS: f64 = 128.0;
 
-/// An observation in a quarter of the memory, as far as files keep it.
+/// An observation in half of the memory, as far as files keep it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShortObservation {
-    pub keyframe: KeyframeId,
-    /// Pixel of level 0.
-    pub px: [f32; 2],
-    /// See [`super::StoredObservation`].
-    pub variance_px: [u16; 2],
-    /// See [`super::StoredObservation`].
-    pub correlation: i8,
-    pub level: u8,
+    px: [f32; 2],
+    variance_px: [u16; 2],
+    /// [`SeenIn`], and in the lowest eight bits the correlation.
+    seen_in: u32,
+}
+
+impl From<&StoredObservation> for ShortObservation {
+    fn from(stored: &StoredObservation) -> Self {
+        let StoredObservation { keyframe, px, level, variance_px, correlation, .. } = *stored;
+        Self { px, variance_px, seen_in: 0 }
+            .with(SeenIn::new(KeyframeId(keyframe), usize::from(level)), correlation)
+    }
 }
 
 impl ShortObservation {
+    /// Whether a short observation can name a keyframe: of more than a million, the last ones are too many.
+    pub fn can_name(keyframe: KeyframeId) -> bool {
+        keyframe.0 >> (u32::BITS - i8::BITS - LEVEL_BITS) == 0
+    }
+
+    fn with(self, seen_in: SeenIn, correlation: i8) -> Self {
+        Self { seen_in: seen_in.0 << i8::BITS | u32::from(correlation.cast_unsigned()), ..self }
+    }
+
+    fn seen_in(&self) -> SeenIn {
+        SeenIn(self.seen_in >> i8::BITS)
+    }
+
+    fn correlation(&self) -> i8 {
+        self.seen_in as i8
+    }
+
+    pub fn keyframe(&self) -> KeyframeId {
+        self.seen_in().keyframe()
+    }
+
     pub fn px(&self) -> Point2<f64> {
         Point2::new(f64::from(self.px[0]), f64::from(self.px[1]))
     }
 
     pub fn covariance_px(&self) -> Matrix2<f64> {
         let [xx, yy] = self.variance_px.map(|half| f64::from(f32::from_bits(u32::from(half) << 16)));
-        let xy = f64::from(self.correlation) / CORRELATIONS * (xx * yy).sqrt();
+        let xy = f64::from(self.correlation()) / CORRELATIONS * (xx * yy).sqrt();
         Matrix2::new(xx, xy, xy, yy)
     }
 
     fn through(&self, camera: &Camera) -> Observation {
         let px = self.px();
         Observation {
-            keyframe: self.keyframe,
+            keyframe: self.keyframe(),
             px,
             ray: camera.bearing(&px),
-            level: usize::from(self.level),
+            level: self.seen_in().level(),
             covariance_px: self.covariance_px(),
         }
     }
@@ -120,7 +172,7 @@ pub struct Observations(Kept);
 
 #[derive(Debug, Clone)]
 enum Kept {
-    Measured(Vec<MeasuredObservation>),
+    Measured(Box<[MeasuredObservation]>),
     /// All through one camera.
     Short(Arc<SessionCamera>, Box<[ShortObservation]>),
 }
@@ -184,8 +236,8 @@ impl Observations {
     #[must_use]
     pub fn keyframe_at(&self, index: usize) -> KeyframeId {
         match &self.0 {
-            Kept::Measured(observations) => observations[index].keyframe,
-            Kept::Short(_, observations) => observations[index].keyframe,
+            Kept::Measured(observations) => observations[index].keyframe(),
+            Kept::Short(_, observations) => observations[index].keyframe(),
         }
     }
 
@@ -209,10 +261,10 @@ impl Observations {
     pub(super) fn are_through(&self, camera: &Camera, is_own: impl Fn(KeyframeId) -> bool) -> bool {
         match &self.0 {
             Kept::Short(by, observations) => {
-                by.camera == *camera || !observations.iter().any(|it| is_own(it.keyframe))
+                by.camera == *camera || !observations.iter().any(|it| is_own(it.keyframe()))
             }
             Kept::Measured(observations) => {
-                let mut own = observations.iter().filter(|it| is_own(it.keyframe));
+                let mut own = observations.iter().filter(|it| is_own(it.keyframe()));
                 own.all(|it| it.ray == it.ray_through(camera))
             }
         }
@@ -220,14 +272,14 @@ impl Observations {
 
     /// Makes the rays of these keyframes anew.
     pub(super) fn look_through(&mut self, camera: &Camera, is_own: impl Fn(KeyframeId) -> bool) {
-        for observation in self.change().iter_mut().filter(|it| is_own(it.keyframe)) {
+        for observation in self.change().iter_mut().filter(|it| is_own(it.keyframe())) {
             observation.ray = observation.ray_through(camera);
         }
     }
 
     /// Moves what a keyframe sees to where it is once its image has been put right.
     pub(super) fn put_right(&mut self, keyframe: KeyframeId, left: &Exposure, camera: &Camera) {
-        for observation in self.change().iter_mut().filter(|it| it.keyframe == keyframe) {
+        for observation in self.change().iter_mut().filter(|it| it.keyframe() == keyframe) {
             let px = left.px_at_once(&observation.px.map(f64::from).into(), camera);
             observation.px = [px.x as f32, px.y as f32];
             observation.ray = observation.ray_through(camera);
@@ -237,29 +289,41 @@ impl Observations {
     /// The same with other numbers of the keyframes.
     pub(super) fn renumbered(&self, number: impl Fn(KeyframeId) -> KeyframeId) -> Self {
         let mut renumbered = self.clone();
+        if !self.keyframes().all(|keyframe| ShortObservation::can_name(number(keyframe))) {
+            renumbered.change();
+        }
         match &mut renumbered.0 {
             Kept::Measured(observations) => {
-                observations.iter_mut().for_each(|it| it.keyframe = number(it.keyframe));
+                observations.iter_mut().for_each(|it| it.seen_in = it.seen_in.with(number(it.keyframe())));
             }
             Kept::Short(_, observations) => {
-                observations.iter_mut().for_each(|it| it.keyframe = number(it.keyframe));
+                for it in observations {
+                    *it = it.with(it.seen_in().with(number(it.keyframe())), it.correlation());
+                }
             }
         }
         renumbered
     }
 
-    /// Adds one. A map consists of little else, so no room is made for many more.
+    /// Adds one. A map consists of little else, so no room is made for more.
     pub(super) fn push(&mut self, observation: Observation) {
-        push_tightly(self.change(), observation.into());
+        let kept = self.change();
+        let mut observations = std::mem::take(kept).into_vec();
+        observations.reserve_exact(1);
+        observations.push(observation.into());
+        *kept = observations.into();
     }
 
     /// Takes out what a keyframe sees.
     pub(super) fn remove(&mut self, keyframe: KeyframeId) {
-        self.change().retain(|observation| observation.keyframe != keyframe);
+        let kept = self.change();
+        let mut observations = std::mem::take(kept).into_vec();
+        observations.retain(|observation| observation.keyframe() != keyframe);
+        *kept = observations.into();
     }
 
     /// To be changed.
-    fn change(&mut self) -> &mut Vec<MeasuredObservation> {
+    fn change(&mut self) -> &mut Box<[MeasuredObservation]> {
         if let Kept::Short(..) = &self.0 {
             self.0 = Kept::Measured(self.iter().map(MeasuredObservation::from).collect());
         }
@@ -311,12 +375,15 @@ mod tests {
     fn short_ones_are_what_they_are_when_measured() {
         let camera = Camera::pinhole((640, 480), (500.0, 510.0), (320.0, 240.0)).unwrap();
         let session = || Arc::new(SessionCamera::as_calibrated(&camera));
-        let short = |keyframe: u32| ShortObservation {
-            keyframe: KeyframeId(keyframe),
-            px: [100.3 + keyframe as f32, 7.7],
-            variance_px: [0x3e80, 0x3f01],
-            correlation: -77,
-            level: 2,
+        let short = |keyframe: u32| {
+            ShortObservation::from(&StoredObservation {
+                keyframe,
+                px: [100.3 + keyframe as f32, 7.7],
+                variance_px: [0x3e80, 0x3f01],
+                correlation: -77,
+                level: 2,
+                descriptor: None,
+            })
         };
         let (one, other) = (session(), session());
         let of_one = Observations::read(&[4, 2, 9].map(|id| (short(id), Arc::clone(&one))));
@@ -328,6 +395,12 @@ mod tests {
             assert!(off.norm() < 1e-7 * one.covariance_px.norm(), "{off}");
         }
         assert_eq!(of_one.of(KeyframeId(2)).map(|it| it.ray), Some(camera.bearing(&short(2).px())));
+        let behind_a_million = |id: KeyframeId| KeyframeId(id.0 + (1 << 20));
+        let renumbered = of_one.renumbered(behind_a_million);
+        assert_eq!(
+            renumbered.keyframes().collect::<Vec<_>>(),
+            [4, 2, 9].map(|id| behind_a_million(KeyframeId(id)))
+        );
         let mut changed = of_one.renumbered(|id| KeyframeId(id.0 + 1));
         assert_eq!(changed.keyframes().collect::<Vec<_>>(), [5, 3, 10].map(KeyframeId));
         changed.remove(KeyframeId(3));

@@ -215,7 +215,7 @@ impl Map {
             let before = keyframe.camera_from_world;
             let world_from_camera = correction.camera_from_world.inverse();
             for index in keyframe.landmarks.iter().map(|landmark| landmark.index()) {
-                let is_candidate = self.landmarks[index].state == LandmarkState::Candidate;
+                let is_candidate = self.landmarks[index].state() == LandmarkState::Candidate;
                 let is_foreign = is_candidate && self.landmarks[index].host().keyframe != correction.keyframe;
                 if is_foreign || std::mem::replace(&mut is_moved[index], true) {
                     continue;

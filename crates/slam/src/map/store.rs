@@ -198,7 +198,7 @@ impl Map {
         let world_from_camera = camera_from_world.inverse();
         for index in keyframe.landmarks.iter().map(|landmark| landmark.index()) {
             let landmark = &self.landmarks[index];
-            if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
+            if landmark.state() == LandmarkState::Candidate && landmark.host().keyframe == id {
                 let Some(filter) = &landmark.filter else { continue };
                 let point = landmark.host().ray / filter.inverse_depth();
                 self.landmarks[index].point_in_world = world_from_camera.transform(&point.into());
@@ -224,7 +224,7 @@ impl Map {
         let candidates: Vec<usize> = self.keyframes[id.index()].landmarks.iter().map(|l| l.index()).collect();
         for index in candidates {
             let landmark = &mut self.landmarks[index];
-            if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
+            if landmark.state() == LandmarkState::Candidate && landmark.host().keyframe == id {
                 landmark.scale_depth(factor);
             }
         }
@@ -245,14 +245,13 @@ impl Map {
         Arc::make_mut(&mut keyframe.landmarks).push(id);
         let point_in_camera = host.ray / filter.inverse_depth();
         self.landmarks.push(Landmark {
-            state,
             point_in_world: keyframe.camera_from_world.inverse().transform(&point_in_camera.into()),
             observations: vec![host].into(),
             filter: (state == LandmarkState::Candidate).then(|| Box::new(filter)),
             num_visible: 1,
             num_found: 1,
             num_missed: 0,
-            made_at: keyframe.frame,
+            made_at: keyframe.frame as u32,
         });
         id
     }

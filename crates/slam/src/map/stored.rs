@@ -11,9 +11,9 @@ use visloc_core::{
 };
 
 use super::{
-    Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, Map, MapId, Observation,
-    Observations, SessionCamera,
-    observations::{CORRELATIONS, ShortObservation},
+    Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, Map, MapId, Observation, Observations,
+    SessionCamera,
+    observations::{CORRELATIONS, LEVEL_BITS, ShortObservation},
     push_tightly,
     store::center,
 };
@@ -23,8 +23,6 @@ use crate::{
     recognize::{PlaceIndex, ShortPlace},
 };
 
-/// Levels that an observation may be on: an image of 2^16 px has no more halvings.
-const MOST_LEVELS: u8 = 16;
 /// Error of a rotation matrix that is rounding, not damage.
 const ROTATION_ERROR: f64 = 1e-6;
 
@@ -107,6 +105,9 @@ impl Restoring {
         let mut map = Map::new();
         for (number, keyframe) in keyframes.iter().enumerate() {
             let wrong = |expected| RestoreError::Keyframe { number, expected };
+            if !ShortObservation::can_name(KeyframeId(number as u32)) {
+                return Err(wrong("fewer keyframes"));
+            }
             let camera = cameras.get(keyframe.camera as usize).ok_or(wrong("one of the cameras"))?;
             map.keyframes.push(restored_keyframe(number, keyframe, camera).map_err(wrong)?);
             map.num_maps = map.num_maps.max(keyframe.map + 1);
@@ -245,7 +246,7 @@ impl Map {
             }
             let camera = self.keyframes[index].foreign.as_ref().ok_or("a camera")?;
             let observation = restored_observation(stored, &camera.camera)?;
-            if seen.iter().all(|(other, _)| other.keyframe != observation.keyframe) {
+            if seen.iter().all(|(other, _)| other.keyframe() != observation.keyframe()) {
                 seen.push((observation, Arc::clone(camera)));
                 push_tightly(Arc::make_mut(&mut self.keyframes[index].landmarks), id);
             }
@@ -254,7 +255,6 @@ impl Map {
             return Err("at least one observation");
         }
         self.landmarks.push(Landmark {
-            state: LandmarkState::Converged,
             point_in_world,
             observations: Observations::read(&seen),
             filter: None,
@@ -370,9 +370,8 @@ fn restored_observation(
     stored: &StoredObservation,
     camera: &Camera,
 ) -> Result<ShortObservation, &'static str> {
-    let StoredObservation { keyframe, px, level, variance_px, correlation, .. } = *stored;
-    let short = ShortObservation { keyframe: KeyframeId(keyframe), px, variance_px, correlation, level };
-    if !camera.contains(&short.px()) || level >= MOST_LEVELS {
+    let short = ShortObservation::from(stored);
+    if !camera.contains(&short.px()) || stored.level >> LEVEL_BITS != 0 {
         return Err("places inside of the images");
     }
     let covariance = short.covariance_px();

@@ -20,7 +20,7 @@ pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
         landmark.is_converged()
             && (landmark.num_missed > MANY_MISSES + landmark.num_found / 2
                 || (landmark.num_visible >= 15 && landmark.num_found * 4 < landmark.num_visible)
-                || (frame.saturating_sub(landmark.made_at) > 60 && landmark.observations.len() < 2))
+                || (frame.saturating_sub(landmark.made_at as usize) > 60 && landmark.observations.len() < 2))
     };
     let free = map.landmarks().map(|(id, _)| id).filter(|id| !map.is_fixed_landmark(*id));
     let bad: Vec<LandmarkId> = free.filter(|id| is_bad(map, *id)).collect();

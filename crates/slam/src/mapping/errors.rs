@@ -21,8 +21,9 @@ pub struct MapErrors {
     /// Covariances of poses over twists in the frame of the keyframe, by its number, and by how much more errors add up around it than independent
     /// ones, see [`crate::solve::BundleErrors`].
     keyframes: Vec<Option<(Matrix6<f64>, f64)>>,
-    /// Covariances of places beside the keyframes that see them, by the number of the landmark; single precision is enough for large maps.
-    landmarks: Vec<Option<Matrix3<f32>>>,
+    /// Covariances of places beside the keyframes that see them, by the number of the landmark, zero where nothing is known; single precision is
+    /// enough for large maps.
+    landmarks: Vec<Matrix3<f32>>,
 }
 
 impl MapErrors {
@@ -31,7 +32,7 @@ impl MapErrors {
     pub fn of(map: &Map, camera: &Camera) -> Self {
         let mut all = Self {
             keyframes: vec![None; map.num_keyframe_ids()],
-            landmarks: vec![None; map.num_landmark_ids()],
+            landmarks: vec![Matrix3::zeros(); map.num_landmark_ids()],
         };
         for id in map.maps() {
             all.add(&map.with_active(id), focal_px(camera));
@@ -52,7 +53,7 @@ impl MapErrors {
         }
         for observation in &bundle.observations {
             let covariance = within(&errors.points[observation.point], depth) * errors.design_effect;
-            self.landmarks[landmarks[observation.point].index()] = Some(covariance.cast());
+            self.landmarks[landmarks[observation.point].index()] = covariance.cast();
         }
     }
 
@@ -72,9 +73,8 @@ impl MapErrors {
         let seen = |feature: &Feature| {
             let point = map.landmark(feature.landmark).point_in_world;
             let whitening = whitening(focal, &(feature.covariance_px * design_effect));
-            let of_point = self.landmarks.get(feature.landmark.index()).copied().flatten();
-            let of_point = of_point.unwrap_or_default().cast();
-            (PoseObservation::of_point(point, feature.ray, whitening), of_point)
+            let of_point = self.landmarks.get(feature.landmark.index()).copied().unwrap_or_default();
+            (PoseObservation::of_point(point, feature.ray, whitening), of_point.cast())
         };
         let observations: Vec<(PoseObservation, Matrix3<f64>)> = features.iter().map(seen).collect();
         // Landmarks around a keyframe move with it.

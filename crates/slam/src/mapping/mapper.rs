@@ -94,7 +94,7 @@ impl Mapper {
     /// Takes all candidates out: tracking goes on in another map.
     pub fn forget_candidates(&mut self, map: &mut Map) {
         for id in std::mem::take(&mut self.candidates) {
-            if map.landmark(id).state == LandmarkState::Candidate {
+            if map.landmark(id).state() == LandmarkState::Candidate {
                 map.remove_landmark(id);
             }
         }
@@ -109,7 +109,7 @@ impl Mapper {
         let is_short = is_short_of_known(map, frame.features.iter().map(|feature| feature.landmark));
         let mut promoted = Vec::new();
         candidates.retain(|id| {
-            if map.landmark(*id).state != LandmarkState::Candidate {
+            if map.landmark(*id).state() != LandmarkState::Candidate {
                 return false;
             }
             if measure(map, *id, &matcher).is_none() && map.landmark(*id).num_missed == 0 {
@@ -311,7 +311,6 @@ impl Mapper {
 
     /// Makes a landmark of a candidate, without what was taken for it elsewhere.
     fn converge(&self, map: &mut Map, id: LandmarkId) {
-        map.landmark_mut(id).state = LandmarkState::Converged;
         map.landmark_mut(id).filter = None;
         map.landmark_mut(id).num_missed = 0;
         let point = map.landmark(id).point_in_world;
@@ -335,7 +334,7 @@ impl Mapper {
         let oldest = oldest.unwrap_or_default();
         self.candidates.retain(|id| {
             let landmark = map.landmark(*id);
-            if landmark.state != LandmarkState::Candidate {
+            if landmark.state() != LandmarkState::Candidate {
                 return false;
             }
             let is_young = landmark.host().keyframe.index() >= oldest;

@@ -451,7 +451,7 @@ impl Tracker {
         focal: f64,
     ) -> PoseObservation {
         let weight = whitening(focal, &feature.covariance_px);
-        if landmark.state != LandmarkState::Candidate {
+        if landmark.state() != LandmarkState::Candidate {
             return PoseObservation::of_point(landmark.point_in_world, feature.ray, weight);
         }
         let spread = depth_spread(map, landmark, predicted).unwrap_or_default();

@@ -84,7 +84,7 @@ fn observations(
         let landmark = map.landmark(feature.landmark);
         let weight = whitening(focal_px, &feature.covariance_px);
         let observation = PoseObservation::of_point(landmark.point_in_world, feature.ray, weight);
-        match landmark.state {
+        match landmark.state() {
             LandmarkState::Converged => known.push(observation),
             LandmarkState::Candidate if first_at(map, landmark.host().keyframe) == place => {
                 candidates.push(observation);
