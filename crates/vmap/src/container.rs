@@ -2,7 +2,7 @@
 //!
 //! Nothing is allocated because a file asks for it: what is stored lies in the file, and what is unpacked has a bound.
 
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
 
@@ -53,34 +53,32 @@ impl Section {
     }
 }
 
-/// Puts a file together.
-pub fn assemble(sections: Vec<Section>) -> Vec<u8> {
+/// Writes a file.
+pub fn assemble(sections: &[Section], file: &mut impl Write) -> io::Result<()> {
     let head_bytes = HEAD_BYTES + sections.len() * ENTRY_BYTES + 4;
-    let (mut head, mut body) = (Vec::with_capacity(head_bytes), Vec::new());
+    let (mut head, mut offset) = (Vec::with_capacity(head_bytes), head_bytes);
     head.extend(MAGIC);
     head.extend(FORMAT_VERSION.to_le_bytes());
     head.extend((sections.len() as u32).to_le_bytes());
     for section in sections {
         head.extend(section.kind.0);
         head.extend(section.number.to_le_bytes());
-        head.extend(((head_bytes + body.len()) as u64).to_le_bytes());
+        head.extend((offset as u64).to_le_bytes());
         head.extend((section.stored.len() as u64).to_le_bytes());
         head.extend((section.num_bytes as u64).to_le_bytes());
         head.extend(u32::from(section.is_packed).to_le_bytes());
         head.extend(crc32fast::hash(&section.stored).to_le_bytes());
-        body.extend(section.stored);
+        offset += section.stored.len();
     }
     head.extend(crc32fast::hash(&head).to_le_bytes());
+    file.write_all(&head)?;
+    sections.iter().try_for_each(|section| file.write_all(&section.stored))?;
     // The head again, for the case that the first one is damaged.
-    let mut file = head.clone();
-    file.extend(body);
-    file.extend(&head);
-    file.extend((head.len() as u64).to_le_bytes());
-    file
+    file.write_all(&head)?;
+    file.write_all(&(head.len() as u64).to_le_bytes())
 }
 
 fn pack(content: &[u8]) -> Vec<u8> {
-    use std::io::Write;
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
     // Writing into memory does not fail.
     let _ = encoder.write_all(content);

@@ -1,6 +1,6 @@
 //! Reading and writing files.
 
-use std::{io::Write, path::Path};
+use std::path::Path;
 
 use visloc_core::files::{self, NewFile};
 use visloc_slam::map::SessionCamera;
@@ -32,6 +32,6 @@ pub fn save(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<(), Vma
         return Err(VmapError::Empty);
     }
     let mut file = NewFile::create(path)?;
-    file.write_all(&map.to_bytes(own))?;
+    map.write(own, &mut file)?;
     Ok(file.finish()?)
 }

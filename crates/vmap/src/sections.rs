@@ -1,7 +1,7 @@
 //! What the sections hold, in the wire format of `postcard` (version 1).
 
 use std::{
-    io::{Cursor, Read, Seek},
+    io::{self, Cursor, Read, Seek, Write},
     sync::Arc,
 };
 
@@ -55,7 +55,15 @@ impl PlainCamera {
 impl VisualMap {
     /// The file.
     pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
-        write(self, own)
+        let mut bytes = Vec::new();
+        // Writing into memory does not fail.
+        let _ = self.write(own, &mut bytes);
+        bytes
+    }
+
+    /// Writes the file.
+    pub(crate) fn write(&self, own: &SessionCamera, file: &mut impl Write) -> io::Result<()> {
+        assemble(&sections(self, own), file)
     }
 
     /// Reads a file, whatever the bytes are.
@@ -72,8 +80,8 @@ impl VisualMap {
     }
 }
 
-/// The file of a map.
-fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
+/// The sections of a map.
+fn sections(map: &VisualMap, own: &SessionCamera) -> Vec<Section> {
     let stored = map.map.stored(own);
     let plain =
         |camera: &SessionCamera| (PlainCamera::new(&camera.calibrated), PlainCamera::new(&camera.camera));
@@ -94,9 +102,11 @@ fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
         let readouts: Vec<[f64; 2]> = stored.cameras.iter().map(|camera| camera.readout.0.into()).collect();
         sections.push(section(READOUTS, 0, &readouts));
     }
-    for (number, landmarks) in (0..).zip(stored.landmarks.chunks(LANDMARKS_A_SECTION)) {
-        sections.push(section(LANDMARKS, number, &landmarks));
-    }
+    let mut landmarks = map.map.stored_landmarks();
+    let of_section = || landmarks.by_ref().take(LANDMARKS_A_SECTION).collect();
+    let of_sections =
+        std::iter::repeat_with(of_section).take_while(|some: &Vec<StoredLandmark>| !some.is_empty());
+    sections.extend((0..).zip(of_sections).map(|(number, some)| section(LANDMARKS, number, &some)));
     let others: usize = sections.iter().map(|section| section.stored.len()).sum();
     let most_bytes = budget(others / stored.keyframes.len().max(1));
     for (number, picture) in (0..).zip(&stored.pictures) {
@@ -104,7 +114,7 @@ fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
             sections.push(Section::as_it_is(PICTURE, number, bytes));
         }
     }
-    assemble(sections)
+    sections
 }
 
 fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Section {

@@ -11,7 +11,7 @@ use visloc_core::{
 
 use super::{
     Crossing, Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, MapId, Observation,
-    keyframe::Anchor, shared_vec::SharedVec,
+    keyframe::Anchor, push_tightly, shared_vec::SharedVec,
 };
 use crate::{
     feature::gradient_noise,
@@ -242,7 +242,7 @@ impl Map {
     ) -> LandmarkId {
         let id = LandmarkId(self.landmarks.len() as u32);
         let keyframe = &mut self.keyframes[host.keyframe.index()];
-        Arc::make_mut(&mut keyframe.landmarks).push(id);
+        push_tightly(Arc::make_mut(&mut keyframe.landmarks), id);
         let point_in_camera = host.ray / filter.inverse_depth();
         self.landmarks.push(Landmark {
             point_in_world: keyframe.camera_from_world.inverse().transform(&point_in_camera.into()),
@@ -262,7 +262,7 @@ impl Map {
         let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
         if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
             self.landmarks[id.index()].observations.push(observation);
-            Arc::make_mut(&mut self.keyframes[keyframe].landmarks).push(id);
+            push_tightly(Arc::make_mut(&mut self.keyframes[keyframe].landmarks), id);
         }
     }
 

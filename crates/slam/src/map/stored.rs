@@ -26,7 +26,7 @@ use crate::{
 /// Error of a rotation matrix that is rounding, not damage.
 const ROTATION_ERROR: f64 = 1e-6;
 
-/// Maps as plain numbers. Keyframes and landmarks are numbered from 0 in their order.
+/// Maps as plain numbers, but for [their landmarks](Map::stored_landmarks). Keyframes and landmarks are numbered from 0 in their order.
 #[derive(Debug, Clone, Default)]
 pub struct StoredMap {
     /// The cameras of the keyframes.
@@ -35,8 +35,6 @@ pub struct StoredMap {
     pub keyframes: Vec<StoredKeyframe>,
     /// Their images; `None` where one is lost.
     pub pictures: Vec<Option<KeyframePicture>>,
-    /// Converged landmarks, in order of creation.
-    pub landmarks: Vec<StoredLandmark>,
 }
 
 /// A keyframe as plain numbers.
@@ -174,11 +172,7 @@ impl Map {
         let mut stored = StoredMap::default();
         // In order of their first keyframes.
         let mut maps: Vec<MapId> = Vec::new();
-        let mut number_of = vec![None; self.num_keyframe_ids()];
-        for (number, (id, _)) in (0_u32..).zip(self.all_keyframes()) {
-            number_of[id.index()] = Some(number);
-        }
-        let number_of = |id: KeyframeId| number_of[id.index()];
+        let number_of = self.stored_numbers();
         for (id, keyframe) in self.all_keyframes() {
             let camera = keyframe.foreign.as_deref().unwrap_or(own);
             let known = stored.cameras.iter().position(|known| known == camera);
@@ -198,22 +192,38 @@ impl Map {
                 rotation: std::array::from_fn(|i| pose.rotation()[i]),
                 translation: (*pose.translation()).into(),
                 gradient_noise: keyframe.gradient_noise.clone(),
-                turned_from: self.turned_from(id).and_then(number_of),
+                turned_from: self.turned_from(id).and_then(|id| number_of[id.index()]),
             });
             stored.pictures.push(keyframe.picture.clone());
         }
-        for (id, landmark) in self.all_landmarks().filter(|(_, landmark)| landmark.is_converged()) {
+        stored
+    }
+
+    /// The converged landmarks as plain numbers, in order of creation.
+    pub fn stored_landmarks(&self) -> impl Iterator<Item = StoredLandmark> {
+        let number_of = self.stored_numbers();
+        let stored = move |(id, landmark): (LandmarkId, &Landmark)| {
+            let number_of = |id: KeyframeId| number_of[id.index()];
             let observations = landmark.observations.iter();
-            stored.landmarks.push(StoredLandmark {
+            StoredLandmark {
                 point: landmark.point_in_world.coords.into(),
                 num_visible: landmark.num_visible,
                 num_found: landmark.num_found,
                 observations: observations
                     .filter_map(|o| Some(self.stored_observation(id, &o, number_of(o.keyframe)?)))
                     .collect(),
-            });
+            }
+        };
+        self.all_landmarks().filter(|(_, landmark)| landmark.is_converged()).map(stored)
+    }
+
+    /// The numbers of keyframes that are stored.
+    fn stored_numbers(&self) -> Vec<Option<u32>> {
+        let mut numbers = vec![None; self.num_keyframe_ids()];
+        for (number, (id, _)) in (0..).zip(self.all_keyframes()) {
+            numbers[id.index()] = Some(number);
         }
-        stored
+        numbers
     }
 
     #[allow(clippy::cast_possible_truncation)]
