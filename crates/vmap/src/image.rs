@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use visloc_core::GrayImage;
 use visloc_io::image_codec::{decode_gray, encode_gray_jpeg};
-use visloc_slam::map::{KeyframePicture, PackedPicture, Packing, PictureShelf};
+use visloc_slam::map::{KeyframePicture, Map, PackedPicture, Packing, PictureShelf};
 
 /// Bytes that a keyframe may take, with its image and its share of all else.
 const MOST_BYTES: usize = 39_500;
@@ -16,6 +16,8 @@ const QUALITIES: [u8; 8] = [90, 80, 70, 60, 50, 40, 25, 10];
 const RESTING_QUALITY: u8 = 80;
 /// Images of a run that stay as they were taken: SLAM keeps up to 150 keyframes of one room.
 const AT_HAND: usize = 160;
+/// The same beside a map that stays as it is: a camera soon goes on, or back to what the map shows.
+const AT_HAND_BESIDE: usize = 16;
 /// Images of a run that are kept unpacked.
 const UNPACKED: usize = 32;
 /// Images that are kept unpacked; about 1.4 bytes a pixel each.
@@ -66,9 +68,21 @@ pub fn packing() -> Packing {
     Packing { pack, unpack, num_at_hand: AT_HAND, shelf: Arc::new(PictureShelf::new(UNPACKED)) }
 }
 
+/// The same for what a camera sees beside a map that stays as it is. Images of both are unpacked onto one shelf: a camera is hardly ever near both.
+pub(crate) fn packing_beside(map: &Map) -> Packing {
+    let pictures = map.all_keyframes().filter_map(|(_, keyframe)| keyframe.picture.as_ref());
+    let shelf = pictures.filter_map(KeyframePicture::shelf).next().map(Arc::clone);
+    let alone = packing();
+    Packing { num_at_hand: AT_HAND_BESIDE, shelf: shelf.unwrap_or(alone.shelf), ..alone }
+}
+
 #[cfg(test)]
 mod tests {
-    use visloc_slam::image::Pyramid;
+    use visloc_core::{Timestamp, geom::Camera};
+    use visloc_slam::{
+        image::Pyramid,
+        map::{Restoring, SessionCamera, StoredKeyframe},
+    };
 
     use super::*;
 
@@ -80,6 +94,25 @@ mod tests {
             *value = (column * 37 + row * 91 + column * row * 13) as u8;
         }
         image
+    }
+
+    #[test]
+    fn what_is_added_to_a_map_is_unpacked_onto_its_shelf() {
+        let camera = Camera::pinhole((160, 120), (100.0, 100.0), (80.0, 60.0)).unwrap();
+        let keyframe = StoredKeyframe {
+            at: Timestamp::default(),
+            map: 0,
+            camera: 0,
+            rotation: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            translation: [0.0; 3],
+            gradient_noise: Vec::new(),
+            turned_from: None,
+        };
+        let mut map = Restoring::new(&[SessionCamera::as_calibrated(&camera)], &[keyframe]).unwrap();
+        let shelf = Arc::new(PictureShelf::new(SHELF_PICTURES));
+        map.set_picture(0, unpacked(Vec::new(), (160, 120), &shelf));
+        assert!(Arc::ptr_eq(&packing_beside(&map.finish()).shelf, &shelf));
+        assert!(!Arc::ptr_eq(&packing_beside(&Map::new()).shelf, &shelf), "it has no images");
     }
 
     #[test]

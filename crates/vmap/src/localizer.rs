@@ -17,7 +17,7 @@ use visloc_slam::{
 use crate::{
     ScaleSource, VisualMap,
     evidence::{Evidence, Hypothesis, LEAST_OF_MAP},
-    packing,
+    image::packing_beside,
 };
 
 /// From this reliability on a camera counts as localized, as a robot on a drawn map does.
@@ -162,7 +162,7 @@ impl MapLocalizer {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         let mut slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
-        slam.set_packing(packing());
+        slam.set_packing(packing_beside(map));
         let errors = MapErrors::of(slam.map(), camera);
         Ok(Self {
             slam,

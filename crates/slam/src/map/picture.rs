@@ -35,6 +35,15 @@ impl KeyframePicture {
             Self::Resting(packed) | Self::Packed(packed) => packed.pyramid(),
         }
     }
+
+    /// Where it is kept once it is unpacked; `None` if it is as it was taken.
+    #[must_use]
+    pub fn shelf(&self) -> Option<&Arc<PictureShelf>> {
+        match self {
+            Self::Here(_) => None,
+            Self::Resting(packed) | Self::Packed(packed) => Some(&packed.shelf),
+        }
+    }
 }
 
 /// How images that nobody has looked at for long are packed, so that a run over many places does not need the memory of all their images.
