@@ -149,7 +149,7 @@ impl RunCounters {
         let first = *self.first_at.get_or_insert(at);
         let step_secs = self.last_at.map_or(0.0, |last| at.secs_since(last));
         self.last_at = Some(at);
-        self.was_found |= matches!(outcome.state, TrackingState::Tracking(_) | TrackingState::Carried);
+        self.was_found |= !matches!(outcome.state, TrackingState::Starting(_) | TrackingState::Lost);
         let cause = match outcome.state {
             TrackingState::Tracking(quality) if quality != Quality::Bad => {
                 self.lost_at_secs = None;
@@ -160,7 +160,10 @@ impl RunCounters {
                 of_light(brightness).unwrap_or_else(|| of_wait(wait, step_secs))
             }
             TrackingState::Lost if !self.was_found => of_light(brightness).unwrap_or(Cause::NotRecognized),
-            TrackingState::Tracking(_) | TrackingState::Carried | TrackingState::Lost => {
+            TrackingState::Tracking(_)
+            | TrackingState::Supposed
+            | TrackingState::Carried
+            | TrackingState::Lost => {
                 self.lost_at_secs.get_or_insert(at.secs_since(first));
                 of_light(brightness).unwrap_or(Cause::Lost)
             }

@@ -81,6 +81,13 @@ impl FrameLog {
         self.poses.get_mut(number.checked_sub(self.first)?)
     }
 
+    /// Frames from this number on have no place any more.
+    pub fn forget_places_from(&mut self, number: usize) {
+        let newer = number.saturating_sub(self.first).min(self.poses.len());
+        self.poses[newer..].iter_mut().for_each(|frame| frame.place = None);
+        self.seams.retain(|seam| seam.number < number);
+    }
+
     /// No frame has a place any more.
     pub fn forget_places(&mut self) {
         self.poses.iter_mut().for_each(|frame| frame.place = None);

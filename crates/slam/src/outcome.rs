@@ -48,6 +48,9 @@ pub enum TrackingState {
     Starting(StartWait),
     /// The camera is tracked.
     Tracking(Quality),
+    /// The camera was lost and is followed where it may be: more of that place is missed than seen. The map does not change. Unless the place
+    /// proves to be the right one, these frames have no pose in the end.
+    Supposed,
     /// The image shows too little of the map; the robot's odometry carries the pose on.
     Carried,
     /// The camera is lost in its map.
@@ -60,7 +63,7 @@ pub enum TrackingState {
 pub struct FrameOutcome {
     /// What the system knows now.
     pub state: TrackingState,
-    /// Pose as known at this moment; `None` unless the frame is tracked or carried.
+    /// Pose as known at this moment; `None` unless the frame is tracked, supposed or carried.
     pub camera_from_world: Option<CameraFromWorld>,
     /// Covariance of the pose over a twist in the frame of the camera: translation first, map units and radians. What the map itself
     /// is off by is not in it.

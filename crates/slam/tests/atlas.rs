@@ -169,3 +169,67 @@ fn a_forced_wrong_candidate_is_refused_with_a_reason() {
     let there = found.report.frame.camera_from_world;
     assert!((there * truth.inverse()).translation().norm() < 0.2);
 }
+
+/// The clip there and back; a moment of darkness, too short for the way to its other end; then ten images there. In the first of these, so
+/// many, only the middle is the clip, as if a picture of it hung on another wall.
+fn found_by_a_picture(num_of_picture: usize) -> (Slam, Vec<FrameOutcome>) {
+    let (camera, images) = clip();
+    let (width, height) = (images[0].width(), images[0].height());
+    let mut config = SlamConfig::default();
+    config.mapping.max_shift_ratio = 0.02;
+    let out = images[..22].iter().cloned();
+    let before = out.clone().chain(out.rev());
+    let dark = std::iter::repeat_n(GrayImage::new(width, height), 3);
+    let on_a_wall = |image: &GrayImage| {
+        let is_middle = |at: usize, size: usize| (size / 5..size - size / 5).contains(&at);
+        let pixel = |i: usize| match (i % width, i / width) {
+            (x, y) if is_middle(x, width) && is_middle(y, height) => image.get(x, y),
+            (x, y) => image.get(width - 1 - x, height - 1 - y),
+        };
+        GrayImage::from_raw(width, height, (0..width * height).map(pixel).collect()).unwrap()
+    };
+    let there = images[14..22].iter().rev().chain(&images[15..17]).enumerate();
+    let there = there.map(|(i, image)| if i < num_of_picture { on_a_wall(image) } else { image.clone() });
+    let mut slam = Slam::new(&camera, &config, 1).unwrap();
+    let all = before.chain(dark).chain(there).enumerate();
+    let outcomes =
+        all.map(|(i, image)| slam.add_frame(Timestamp::from_secs(i as f64 / 30.0), image).unwrap());
+    let outcomes = outcomes.skip(FIRST_THERE).collect();
+    slam.map().check().unwrap();
+    (slam, outcomes)
+}
+
+/// The first frame there.
+const FIRST_THERE: usize = 47;
+
+fn num_in_the_end(slam: &Slam) -> usize {
+    let first = Timestamp::from_secs((FIRST_THERE as f64 - 0.5) / 30.0);
+    slam.trajectory().iter().filter(|pose| pose.at > first).count()
+}
+
+#[test]
+fn a_picture_of_a_place_is_not_the_place() {
+    let (slam, outcomes) = found_by_a_picture(10);
+    let first = &outcomes[0];
+    assert!(first.state == TrackingState::Supposed && first.camera_from_world.is_some());
+    assert!(outcomes.iter().all(|o| matches!(o.state, TrackingState::Supposed | TrackingState::Lost)));
+    assert_eq!(outcomes[9].state, TrackingState::Lost, "it has seen three times that most is missing");
+    assert_eq!(num_in_the_end(&slam), 0);
+    assert!(slam.map().all_keyframes().all(|(_, keyframe)| keyframe.frame < FIRST_THERE));
+}
+
+#[test]
+fn a_place_by_a_thing_is_the_place_once_most_of_it_is_seen() {
+    let (slam, outcomes) = found_by_a_picture(3);
+    assert!(outcomes[..3].iter().all(|o| o.state == TrackingState::Supposed));
+    assert!(outcomes[3..].iter().all(|o| matches!(o.state, TrackingState::Tracking(_))));
+    assert_eq!(num_in_the_end(&slam), 10);
+}
+
+#[test]
+fn a_place_that_shows_most_is_the_place_at_once() {
+    let (slam, outcomes) = found_by_a_picture(0);
+    assert!(outcomes[0].is_relocalized);
+    assert!(outcomes.iter().all(|o| matches!(o.state, TrackingState::Tracking(_))));
+    assert_eq!(num_in_the_end(&slam), 10);
+}

@@ -87,6 +87,7 @@ fn state_words(outcome: &FrameOutcome) -> String {
         TrackingState::Tracking(Quality::Good) => format!("tracked well, {counts}"),
         TrackingState::Tracking(Quality::Insufficient) => format!("tracked with few landmarks, {counts}"),
         TrackingState::Tracking(Quality::Bad) => format!("not tracked, {counts}"),
+        TrackingState::Supposed => format!("maybe here, {counts}"),
         TrackingState::Carried => format!("carried by odometry, {counts}"),
         TrackingState::Lost => "lost in the map".to_owned(),
     }

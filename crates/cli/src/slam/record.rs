@@ -51,11 +51,12 @@ impl SlamRecord {
         }
     }
 
-    /// The state in a word: starting, the quality of tracking, or carried, or lost.
+    /// The state in a word: starting, the quality of tracking, or supposed, carried or lost.
     pub fn state_name(&self) -> String {
         match self.state {
             TrackingState::Starting(_) => "starting".to_owned(),
             TrackingState::Tracking(quality) => quality.name().to_owned(),
+            TrackingState::Supposed => "supposed".to_owned(),
             TrackingState::Carried => "carried".to_owned(),
             TrackingState::Lost => "lost".to_owned(),
         }

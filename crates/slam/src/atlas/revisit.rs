@@ -1,13 +1,12 @@
 //! Loops that tracking closes by itself: it finds landmarks of an earlier visit again, so the way is bent where it meets them.
 
+use super::recognizer::IN_A_ROW;
 use crate::map::{KeyframeId, Map};
 
 /// Fewest landmarks that a keyframe shares with one of an earlier visit.
 const LEAST_SHARED: u32 = 20;
 /// Keyframes in a row without a landmark in common that are between two visits.
 const BETWEEN: usize = 10;
-/// Keyframes in a row that must share landmarks with an earlier visit.
-const IN_A_ROW: usize = 3;
 /// Keyframes after which the map is adjusted again while the visit goes on; then after twice as many, and so on.
 const AGAIN_AFTER: usize = 10;
 

@@ -104,6 +104,7 @@ impl FrontEnd {
         self.started_at = number;
         self.started_map = Some(self.map.active());
         self.num_bad = 0;
+        self.is_refuted = false;
         self.phase = Phase::Tracking;
     }
 

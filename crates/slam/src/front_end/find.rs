@@ -121,7 +121,11 @@ impl FrontEnd {
         let found = self.relocator.attempt(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
         match found {
-            Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {
+            Ok(located)
+                if self.keeping == Keeping::Growing
+                    && (!self.is_sure(&located)
+                        || (self.is_refuted && !self.is_told_by_way_or_view(&located))) =>
+            {
                 let (num, of) = (located.report.num_matched, located.report.num_searched);
                 Err(Some((located.keyframe, Refusal::FewFound { num, of })))
             }
@@ -137,13 +141,17 @@ impl FrontEnd {
 
     /// Goes on where the camera was found.
     fn go_on_at(&mut self, located: Located, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
+        if self.keeping != Keeping::Growing || self.is_told_by_way_or_view(&located) {
+            self.be_sure();
+        } else {
+            self.suppose(&located.report);
+        }
         self.phase = Phase::Tracking;
         self.num_bad = 0;
         outcome.is_relocalized = true;
         outcome.rivals = Some(located.rivals);
         self.tracker.forget();
         self.initializer.reset();
-        self.backfill.forget_recent();
         (self.anchor, self.hangs_on) = (located.keyframe, located.keyframe);
         self.activate_anchor();
         self.rule.keyframe_made();
@@ -153,7 +161,9 @@ impl FrontEnd {
     /// Gives up the pose. A map that has only just been started is given up with it.
     pub(super) fn lose(&mut self, at: Timestamp) -> Option<Job> {
         self.num_bad = 0;
-        self.lost_at = at;
+        if !self.refute() {
+            self.lost_at = at;
+        }
         self.initializer.reset();
         let was_active = self.map.active();
         let is_young =

@@ -28,13 +28,19 @@ impl FrontEnd {
         timer: &mut StageTimer,
     ) -> Option<Job> {
         let report = self.tracker.track(&self.map, incoming, &mut FrameWork { rng: &mut self.rng, timer });
+        if let Some(report) = report.as_ref().filter(|report| self.has_gone_on_in_vain(report)) {
+            outcome.matches = (report.num_searched, report.num_matched);
+            outcome.state = TrackingState::Lost;
+            self.remember(incoming, None);
+            return self.lose(incoming.at);
+        }
         match report {
             Some(report) if report.quality != Quality::Bad => {
                 self.num_bad = 0;
                 if let Some(job) = self.look_elsewhere(incoming, &report, outcome, timer) {
                     return Some(job);
                 }
-                self.remember(incoming, report.covariance);
+                self.remember(incoming, report.covariance.filter(|_| self.supposed.is_none()));
                 Some(self.accept(report, outcome, timer))
             }
             // In a fixed map the camera is looked for instead.
@@ -148,7 +154,10 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Job {
-        outcome.state = TrackingState::Tracking(report.quality);
+        outcome.state = match self.supposed {
+            Some(_) => TrackingState::Supposed,
+            None => TrackingState::Tracking(report.quality),
+        };
         outcome.camera_from_world = Some(report.frame.camera_from_world);
         outcome.covariance = report.covariance;
         outcome.map = Some(self.map.active());
@@ -162,7 +171,7 @@ impl FrontEnd {
         outcome.num_fixed_searched = report.num_fixed_searched;
         let shows_enough = self.keeping == Keeping::Extending
             && outcome.fixed.len() >= ENOUGH_FIXED * self.config.tracking.min_matches;
-        let decision = if self.keeping == Keeping::Fixed || shows_enough {
+        let decision = if self.keeping == Keeping::Fixed || shows_enough || self.supposed.is_some() {
             report
                 .local_map
                 .keyframes

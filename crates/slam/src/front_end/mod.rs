@@ -4,6 +4,7 @@ mod begin;
 mod cross;
 mod find;
 mod follow;
+mod supposed;
 mod trajectory;
 mod unsettled;
 mod update;
@@ -28,6 +29,7 @@ use crate::{
     timing::StageTimer,
     track::{Incoming, Tracker},
 };
+use supposed::Supposed;
 use unsettled::Unsettled;
 
 /// What tracking is at.
@@ -95,6 +97,10 @@ pub(crate) struct FrontEnd {
     anchor_scale: f64,
     /// Whether the mapper still works on a start or a keyframe, or gives a map up.
     awaits_keyframe: bool,
+    /// Where the camera is only supposed to be.
+    supposed: Option<Supposed>,
+    /// Whether it was not where it was supposed to be: until it is found for sure, or a map is started, nothing is supposed.
+    is_refuted: bool,
     /// When the camera was lost.
     lost_at: Timestamp,
     /// When there was odometry last.
@@ -137,6 +143,8 @@ impl FrontEnd {
             hangs_on: KeyframeId::default(),
             anchor_scale: 1.0,
             awaits_keyframe: false,
+            supposed: None,
+            is_refuted: false,
             lost_at: Timestamp::default(),
             odometry_at: None,
             stretch: 0,
@@ -203,6 +211,7 @@ impl FrontEnd {
             Phase::Lost => self.relocalize(&incoming, &mut outcome, &mut timer),
         };
         outcome.tracking = timer.finish();
+        let job = job.filter(|_| self.supposed.is_none());
         Ok((outcome, job.map(|job| self.order(job))))
     }
 

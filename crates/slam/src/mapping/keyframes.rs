@@ -2,6 +2,7 @@
 
 use crate::{
     config::MappingConfig,
+    lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
     track::{Feature, Frame, Quality, TrackReport, focal_px},
 };
@@ -70,11 +71,21 @@ impl KeyframeRule {
         frame: &Frame,
         focal_px: f64,
     ) -> KeyframeDecision {
-        let from_reference = frame.camera_from_world * map.keyframe(reference).camera_from_world().inverse();
-        let depth = map.depth_of(reference).unwrap_or(1.0);
-        let shift_px =
-            focal_px * (from_reference.rotation_angle_rad() + from_reference.translation().norm() / depth);
-        if shift_px > self.max_shift_px() { KeyframeDecision::Make } else { KeyframeDecision::Stay }
+        let reference = (map.keyframe(reference).camera_from_world(), map.depth_of(reference).unwrap_or(1.0));
+        let looks_elsewhere = self.looks_elsewhere(reference, &frame.camera_from_world, focal_px);
+        if looks_elsewhere { KeyframeDecision::Make } else { KeyframeDecision::Stay }
+    }
+
+    /// Whether a camera sees so much else than from another pose, from which the scene is this deep, that a keyframe is due.
+    pub fn looks_elsewhere(
+        &self,
+        (before, depth): (&CameraFromWorld, f64),
+        camera_from_world: &CameraFromWorld,
+        focal_px: f64,
+    ) -> bool {
+        let moved = *camera_from_world * before.inverse();
+        let shift_px = focal_px * (moved.rotation_angle_rad() + moved.translation().norm() / depth);
+        shift_px > self.max_shift_px()
     }
 
     fn is_due(&mut self, map: &Map, reference: KeyframeId, report: &TrackReport) -> bool {

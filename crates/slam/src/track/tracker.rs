@@ -76,6 +76,13 @@ pub struct TrackReport {
     pub covariance: Option<Matrix6<f64>>,
 }
 
+impl TrackReport {
+    /// Whether more of what should be seen is found than missed. A door that looks like another one is not yet the place around that one.
+    pub(crate) fn is_mostly_found(&self) -> bool {
+        2 * self.num_matched > self.num_searched
+    }
+}
+
 /// Whether nothing says how far the camera has moved to a frame: neither enough landmarks whose depth is known, nor odometry, nor that it has
 /// only turned. Candidates alone would set the unit of length anew, and the map would go on in another one.
 fn is_length_guessed(frame: &Frame, (num_known, fewest): (usize, usize)) -> bool {

@@ -33,6 +33,7 @@ impl Told<'_> {
         let state = match outcome.state {
             TrackingState::Starting(wait) => format!("starting: {wait}"),
             TrackingState::Tracking(quality) => format!("tracking, {}", quality.name()),
+            TrackingState::Supposed => "maybe here".to_owned(),
             TrackingState::Carried => "carried by odometry".to_owned(),
             TrackingState::Lost => "lost".to_owned(),
         };
