@@ -61,6 +61,9 @@ fn built_in_names() -> String {
     BUILT_IN_MAPS.map(|(name, _)| name).join(", ")
 }
 
+/// What to do about a map that lacks most of what one has.
+pub(crate) const HOW_TO_BEGIN: &str = "'visloc map show robocup-spl-2010 --out FILE.toml' writes a whole field to begin with, 'map show office' a building";
+
 pub(crate) fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> MapError {
     let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
     MapError::Syntax { name: name.to_owned(), line, reason: error.message().to_owned() }

@@ -4,7 +4,13 @@ use std::io::ErrorKind;
 
 use serde::Deserialize;
 
-use crate::{MapError, built_in::BUILT_IN_MAPS, error::syntax_error, field::Field, office::Office};
+use crate::{
+    MapError,
+    built_in::BUILT_IN_MAPS,
+    error::{HOW_TO_BEGIN, syntax_error},
+    field::Field,
+    office::Office,
+};
 
 /// A world that a localizer can work in.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +52,7 @@ impl Map {
                 name: name.to_owned(),
                 key: "kind".to_owned(),
                 expected: "\"robocup-field\" or \"office\"",
-                found: other.map_or("nothing".to_owned(), |other| format!("{other:?}")),
+                found: other.map_or_else(|| format!("nothing; {HOW_TO_BEGIN}"), |other| format!("{other:?}")),
             }),
         }
     }
@@ -85,6 +91,15 @@ mod tests {
     }
 
     #[test]
+    fn dimensions_made_in_code_say_that_they_are_a_field() {
+        let Ok(Map::Field(field)) = Map::built_in("robocup-spl-2010") else { panic!("a field") };
+        let dimensions =
+            crate::field::FieldDimensions { kind: "field".to_owned(), ..field.dimensions().clone() };
+        let error = Field::new("mine", dimensions).unwrap_err().to_string();
+        assert_eq!(error, "map mine: kind: expected \"robocup-field\", found \"field\"");
+    }
+
+    #[test]
     fn errors_name_the_place() {
         let (_, good) = BUILT_IN_MAPS[0];
         let error = |from: &str, to: &str| {
@@ -98,9 +113,21 @@ mod tests {
         assert!(error("border_m = 0.7", "").contains("missing field `border_m`"));
         assert!(error("border_m", "boarder_m").contains("line 10"));
         assert!(error("\"robocup-field\"", "\"moon\"").contains("kind: expected \"robocup-field\""));
+        let two_lengths = "length_m = 9.0\nwidth_m = 6.0\n";
         assert_eq!(
-            Map::parse("m.toml", "").unwrap_err().to_string(),
-            "map m.toml: kind: expected \"robocup-field\" or \"office\", found nothing"
+            Map::parse("m.toml", two_lengths).unwrap_err().to_string(),
+            format!(
+                "map m.toml: kind: expected \"robocup-field\" or \"office\", found nothing; {HOW_TO_BEGIN}"
+            )
+        );
+        let with_kind = format!("kind = \"robocup-field\"\n{two_lengths}");
+        assert_eq!(
+            Map::parse("m.toml", &with_kind).unwrap_err().to_string(),
+            format!(
+                "map m.toml: expected also ball_color, ball_diameter_m, border_m, boxes, center_circle_diameter_m, center_mark_size_m, \
+                 goals, line_width_m, name, penalty_mark_from_goal_line_m, penalty_mark_size_m, found only kind, length_m, \
+                 width_m; {HOW_TO_BEGIN}"
+            )
         );
         assert!(error("inner_width_m = 1.4", "inner_width_m = 5.0").contains("goals.inner_width_m"));
         assert!(error("depth_m = 0.6", "depth_m = 3.5").contains("boxes[0].depth_m"));

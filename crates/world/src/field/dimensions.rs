@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::MapError;
+use crate::{MapError, built_in::BUILT_IN_MAPS, error::HOW_TO_BEGIN};
+
+/// Kind of the maps that are fields.
+const KIND: &str = "robocup-field";
 
 /// Color of a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -87,6 +90,14 @@ pub struct FieldDimensions {
 impl FieldDimensions {
     /// Checks that the values describe a field: positive lengths, everything inside the lines.
     pub(super) fn check(&self, name: &str) -> Result<(), MapError> {
+        if self.kind != KIND {
+            return Err(MapError::Value {
+                name: name.to_owned(),
+                key: "kind".to_owned(),
+                expected: "\"robocup-field\"",
+                found: format!("{:?}", self.kind),
+            });
+        }
         let goals = &self.goals;
         let lengths = [
             ("length_m", self.length_m),
@@ -155,4 +166,17 @@ impl FieldDimensions {
         }
         Ok(())
     }
+}
+
+/// What a file lacks that has only some of a field's keys: all of it at once, `None` if it is one key at most.
+pub(super) fn lacking(text: &str) -> Option<String> {
+    let (_, whole) = BUILT_IN_MAPS.first()?;
+    let (whole, found): (toml::Table, toml::Table) =
+        (toml::from_str(whole).ok()?, toml::from_str(text).ok()?);
+    let missing: Vec<&str> =
+        whole.keys().map(String::as_str).filter(|key| !found.contains_key(*key)).collect();
+    (missing.len() > 1).then(|| {
+        let found: Vec<&str> = found.keys().map(String::as_str).collect();
+        format!("expected also {}, found only {}; {HOW_TO_BEGIN}", missing.join(", "), found.join(", "))
+    })
 }

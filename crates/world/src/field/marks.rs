@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{FieldDimensions, FieldJunction, GoalColor, junctions};
+use super::{FieldDimensions, FieldJunction, GoalColor, dimensions::lacking, junctions};
 use crate::{MapError, error::syntax_error};
 
 /// A straight line on the ground between two points of the world frame, meters.
@@ -56,15 +56,29 @@ pub struct Field {
 impl Field {
     /// Reads and checks the text of a field file.
     pub(crate) fn parse(name: &str, text: &str) -> Result<Self, MapError> {
-        let dimensions: FieldDimensions =
-            toml::from_str(text).map_err(|error| syntax_error(name, text, &error))?;
+        let dimensions: FieldDimensions = toml::from_str(text).map_err(|error| match lacking(text) {
+            Some(reason) if error.message().starts_with("missing field") => {
+                MapError::Syntax { name: name.to_owned(), line: None, reason }
+            }
+            _ => syntax_error(name, text, &error),
+        })?;
         Self::new(name, dimensions)
     }
 
     /// A field of the given dimensions; `name` is used in errors.
     ///
+    /// ```
+    /// use visloc_world::{Map, field::{Field, FieldDimensions}};
+    ///
+    /// let Map::Field(like) = Map::built_in("robocup-spl-2010")? else { unreachable!() };
+    /// let dimensions = FieldDimensions { name: "mine".to_owned(), length_m: 7.5, ..like.dimensions().clone() };
+    /// let map = Map::Field(Field::new("mine", dimensions)?);
+    /// assert_eq!(map.name(), "mine");
+    /// # Ok::<(), visloc_world::MapError>(())
+    /// ```
+    ///
     /// # Errors
-    /// If a dimension is not positive or a part does not fit inside the field.
+    /// If the kind is not that of a field, a dimension is not positive or a part does not fit inside the field.
     pub fn new(name: &str, dimensions: FieldDimensions) -> Result<Self, MapError> {
         dimensions.check(name)?;
         Ok(Self {

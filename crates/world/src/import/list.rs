@@ -7,6 +7,7 @@ use serde::{Deserialize, de::IgnoredAny};
 use super::{Import, notes::Notes, yaml_error};
 use crate::{
     MapError,
+    error::HOW_TO_BEGIN,
     office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides, check::MAX_WALLS},
 };
 
@@ -52,7 +53,7 @@ pub(crate) fn read_list(name: &str, title: &str, text: &str) -> Result<Import, M
         let keys: Vec<&str> = list.others.keys().map(String::as_str).take(MAX_KEYS_SHOWN).collect();
         let reason = format!(
             "expected walls (a list of [x1, y1, x2, y2]), or image, resolution and origin of an occupancy grid, found \
-             only {}; a map of a field or a building of visloc is TOML (visloc map show robocup-spl-2010)",
+             only {}; a map of a field or a building of visloc is TOML: {HOW_TO_BEGIN}",
             if keys.is_empty() { "other data".to_owned() } else { keys.join(", ") }
         );
         return Err(MapError::Syntax { name: name.to_owned(), line: None, reason });
