@@ -200,11 +200,11 @@ fn finish(
 fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
     say::line!("{}: {} in {}", report.source, say::count(report.frames, "frame"), report.map);
     say::line!(
-        "  localized in {:.1} % (carried on in {:.1} % by what was seen since, in {:.1} % by odometry), found from nothing {} times",
+        "  localized in {:.1} % (carried on in {:.1} % by what was seen since, in {:.1} % by odometry), found from nothing {}",
         report.localized * 100.0,
         report.carried_by_motion * 100.0,
         report.carried_by_odometry * 100.0,
-        report.found
+        say::count(report.found, "time")
     );
     if let Some(secs) = report.first_after_s {
         say::line!("  for the first time after {secs:.1} s");

@@ -101,6 +101,9 @@ mod tests {
         let two = format!("{kalibr}\n{}", kalibr.replace("cam0", "cam1"));
         let error = read("two.yaml", &two).unwrap_err().to_string();
         assert!(error.contains("expected one camera, found 2 (cam0"), "{error}");
+        let nameless = two.lines().filter(|line| !line.contains("rostopic")).collect::<Vec<_>>().join("\n");
+        let error = read("two.yaml", &nameless).unwrap_err().to_string();
+        assert!(error.contains("found 2 (cam0, cam1): keep"), "{error}");
         let error = read("omni.yaml", &kalibr.replace("pinhole", "omni")).unwrap_err().to_string();
         assert!(error.contains("omni.yaml: cam0: expected camera_model pinhole, found 'omni'"), "{error}");
         let error = read("x.toml", "model = \"pinhole\"\nsize_px = [640]\n").unwrap_err().to_string();

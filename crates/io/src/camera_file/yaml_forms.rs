@@ -33,8 +33,10 @@ pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
     let chain: Chain = serde_saphyr::from_str(text).map_err(|error| yaml_reason(&error))?;
     let (name, entry) = chain.iter().next().ok_or("expected cam0, found nothing")?;
     if chain.len() > 1 {
-        let names: Vec<String> =
-            chain.iter().map(|(name, entry)| format!("{name} {}", entry.rostopic)).collect();
+        let names: Vec<String> = chain
+            .iter()
+            .map(|(name, entry)| format!("{name} {}", entry.rostopic).trim_end().to_owned())
+            .collect();
         return Err(format!(
             "expected one camera, found {} ({}): keep the entry of yours in a file of its own",
             chain.len(),
