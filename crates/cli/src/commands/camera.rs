@@ -44,7 +44,15 @@ pub fn execute(args: &CameraArgs) -> Result<()> {
 fn convert(input: &Path, output: &Path, format: Option<CameraFormat>) -> Result<()> {
     let camera = read_camera(input)?;
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_toml = |format| matches!(format, CameraFormat::Toml);
     let format = match (format, extension.as_deref()) {
+        (Some(format), Some(ending @ ("toml" | "yaml" | "yml"))) if is_toml(format) != (ending == "toml") => {
+            bail!(
+                "{}: expected a name that ends in {} for this --format, found .{ending}",
+                output.display(),
+                if is_toml(format) { ".toml" } else { ".yaml" }
+            )
+        }
         (Some(format), _) => format,
         (None, Some("toml")) => CameraFormat::Toml,
         (None, Some("yaml" | "yml")) => CameraFormat::Ros,

@@ -98,6 +98,10 @@ fn bad_input_is_named() {
         "expected PNG or JPEG images, found none",
     );
     fails(&["camera", "convert", "truth.toml", "out.txt"], "expected .toml or .yaml");
+    for (name, format, ending) in [("out.yaml", "toml", ".toml"), ("out.toml", "kalibr", ".yaml")] {
+        let expected = format!("{name}: expected a name that ends in {ending}");
+        fails(&["camera", "convert", "truth.toml", name, "--format", format], &expected);
+    }
     workspace.write("wide.toml", &CAMERA.replace("480, 360", "640, 360"));
     fails(&["check-camera", "wide.toml", "photos", "--json", "check.json"], "cannot be right");
     assert_eq!(workspace.json("check.json")["verdict"], "wrong");
