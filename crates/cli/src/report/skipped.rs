@@ -5,6 +5,9 @@ use visloc_core::{SkippedInput, Timestamp};
 
 use crate::say;
 
+/// Origins that are told one by one: of a folder each damaged image is one.
+const MAX_SHOWN: usize = 5;
+
 /// Inputs that could not be used, grouped by where they came from.
 #[derive(Debug, Clone, Serialize, Default)]
 pub struct SkippedReport {
@@ -46,7 +49,7 @@ impl SkippedReport {
         report
     }
 
-    /// One line a group for people.
+    /// One line a group for people, and one for all that are too many.
     pub fn lines(&self) -> Vec<String> {
         self.lines_beside(None)
     }
@@ -63,7 +66,10 @@ impl SkippedReport {
             let reason = reason.strip_prefix(&format!("{origin}: ")).unwrap_or(&reason);
             say::short(&format!("left out {} of {origin}; the first{at}: {reason}", group.count)).into_owned()
         };
-        self.groups.iter().map(line).collect()
+        let (shown, others) = self.groups.split_at(self.groups.len().min(MAX_SHOWN));
+        let num_more: usize = others.iter().map(|group| group.count).sum();
+        let more = (num_more > 0).then(|| format!("left out {num_more} more, of {} others", others.len()));
+        shown.iter().map(line).chain(more).collect()
     }
 }
 
@@ -94,5 +100,8 @@ mod tests {
         let beside = report.lines_beside(Some("a.mcap: no image could be used; the first: NaN"));
         assert_eq!(beside[0], "left out 2 of /odom");
         assert_eq!(beside[1], report.lines()[1]);
+        let images: Vec<SkippedInput> = (0..9).map(|i| input(&format!("{i}.jpg"), "cut")).collect();
+        let lines = SkippedReport::new(&images).lines();
+        assert_eq!((lines.len(), lines[5].as_str()), (6, "left out 4 more, of 4 others"));
     }
 }

@@ -13,7 +13,7 @@ use visloc_slam::{
 use visloc_vmap::{MapScale, ScaleSource, VisualMap};
 
 use super::{POSE_TOLERANCE_SECS, map_file};
-use crate::{args::SlamArgs, run::Progress, say};
+use crate::{args::SlamArgs, report::SkippedReport, run::Progress, say};
 
 /// Makes the map of `--save` from the images that have a pose in a file.
 pub fn map_given_poses(
@@ -26,7 +26,7 @@ pub fn map_given_poses(
     let camera = *images.camera();
     let mut views = GivenViews::new(&camera, config)?;
     let progress = Progress::new(images.status().num_items);
-    let (mut num_images, mut broken) = (0_usize, None);
+    let (mut num_images, mut broken, mut left_out) = (0_usize, None, Vec::new());
     while let Some(next) = images.next_item() {
         let frame = match next {
             Ok(frame) => frame,
@@ -39,10 +39,14 @@ pub fn map_given_poses(
         progress.advance();
         let Some(pose) = given.nearest(frame.at, POSE_TOLERANCE_SECS) else { continue };
         if let Err(reason) = views.add(frame.at, frame.image, pose.world_from_camera.inverse()) {
-            say::note!("image at {}: {reason}; it is left out", frame.at);
+            left_out.push((frame.at, reason));
         }
     }
     progress.clear();
+    SkippedReport::new(images.status().skipped).lines().iter().for_each(|line| say::note!("{line}"));
+    if let [(at, reason), ..] = &left_out[..] {
+        say::note!("{} left out; the first at {at}: {reason}", say::count(left_out.len(), "image"));
+    }
     let num_views = views.num_views();
     if num_views < 2 {
         bail!(
