@@ -14,6 +14,8 @@ use std::{
 use signal_hook::{consts, flag};
 use visloc_core::{Host, Timestamp};
 
+use crate::say;
+
 /// Exit code of a program that was interrupted.
 pub const INTERRUPTED: u8 = 130;
 /// What a program says that was interrupted before there were results.
@@ -22,6 +24,8 @@ pub const NOTHING_YET: &str = "interrupted before anything was computed";
 const GLANCE: Duration = Duration::from_millis(50);
 /// How long a command may take to end by itself while there is nothing yet.
 const GRACE: Duration = Duration::from_millis(400);
+/// How long results may be worked out and written after the stop sign before that is said.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Whether the command looks at the stop sign.
 static LOOKS: AtomicBool = AtomicBool::new(false);
@@ -104,7 +108,7 @@ pub fn is_stopped_before_begin() -> bool {
     HAS_SOURCE.load(Ordering::Relaxed) && host().is_stopped() && !host().has_begun()
 }
 
-/// Ends the program at the stop sign where nobody looks at it, or before there is anything.
+/// Ends the program at the stop sign where nobody looks at it, or before there is anything; says what it does if its end takes long.
 fn end_unseen() {
     let looks = || LOOKS.load(Ordering::Relaxed);
     let end = |said: &str| {
@@ -121,6 +125,10 @@ fn end_unseen() {
             if is_stopped_before_begin() {
                 end(NOTHING_YET);
             }
+            thread::sleep(PATIENCE);
+            say::note!(
+                "results of what came until the signal are being made; a second signal ends at once, without those that are not written yet"
+            );
             return;
         }
     }

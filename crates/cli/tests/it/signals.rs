@@ -259,6 +259,25 @@ fn a_second_signal_ends_at_once() {
     assert!(!workspace.path("plots").join("analysis.png").exists(), "no pictures any more");
 }
 
+/// A map of many images with known poses is found after the last image, which takes longer than all images together.
+#[test]
+fn an_end_that_takes_long_says_so_and_a_second_signal_ends_it() {
+    let workspace = Workspace::new();
+    workspace.must(&["slam", "sim:room", "--frames", "250", "--trajectory", "way.tum"]);
+    workspace.write("m.vmap", "an earlier one");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+    command.args(["slam", "sim:room", "--frames", "250", "--poses", "way.tum", "--save", "m.vmap"]);
+    let stdout = fs::File::create(workspace.path("stdout")).unwrap();
+    let mut child = command.current_dir(workspace.path(".")).stdout(stdout).spawn().unwrap();
+    wait_until("signals are caught", || are_signals_caught(&child));
+    std::thread::sleep(Duration::from_millis(1500));
+    send("-INT", &child);
+    wait_until("a note", || workspace.read("stdout").contains("a second signal ends at once"));
+    send("-INT", &child);
+    assert_eq!(end_of(&mut child, "two signals").code(), Some(130));
+    assert_eq!(workspace.read("m.vmap"), "an earlier one");
+}
+
 /// Programs in place of ffmpeg that stall: at once, and after three images.
 const STALLING: [(&str, &str); 2] = [
     ("#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nexec sleep 100\n", "before anything was computed"),
