@@ -27,7 +27,7 @@ pub struct Frame {
     pub camera: Camera,
     /// Pose of the camera relative to the robot's footprint, from kinematics.
     pub robot_from_camera: Rigid3<Robot, CameraFrame>,
-    /// Accumulated odometry, `odom_from_robot`; `None` if the robot has none at this moment.
+    /// Accumulated odometry, `odom_from_robot`; `None` if the robot has none at this moment, which one that is not finite counts as.
     pub odometry: Option<PlanarPose>,
     /// Foot sensors; `None` if the robot has none.
     pub ground_contact: Option<GroundContact>,

@@ -21,7 +21,7 @@ impl GrayImage {
     /// # Errors
     /// If there are not exactly `width * height` bytes.
     pub fn from_raw(width: usize, height: usize, data: Vec<u8>) -> Result<Self, ImageSizeError> {
-        let expected = width * height;
+        let expected = width.saturating_mul(height);
         if data.len() != expected {
             return Err(ImageSizeError::new(width, height, expected, data.len()));
         }

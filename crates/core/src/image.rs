@@ -37,7 +37,7 @@ impl RgbImage {
     /// # Errors
     /// If there are not exactly `width * height * 3` bytes.
     pub fn from_raw(width: u32, height: u32, data: Vec<u8>) -> Result<Self, ImageSizeError> {
-        let expected = width as usize * height as usize * 3;
+        let expected = (width as usize).saturating_mul(height as usize).saturating_mul(3);
         if data.len() != expected {
             return Err(ImageSizeError::new(width as usize, height as usize, expected, data.len()));
         }
@@ -130,6 +130,12 @@ pub fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_that_no_memory_holds_are_not_expected() {
+        assert!(RgbImage::from_raw(u32::MAX, u32::MAX, Vec::new()).is_err());
+        assert!(crate::GrayImage::from_raw(usize::MAX / 2 + 1, 2, Vec::new()).is_err());
+    }
 
     #[test]
     fn pixels_are_row_major() {

@@ -21,7 +21,8 @@ impl Timestamp {
         Self { nanos: i64::from(secs) * 1_000_000_000 + i64::from(nanos) }
     }
 
-    /// From seconds, rounded to nanoseconds.
+    /// From seconds, rounded to nanoseconds. What is not a number is 0; what is too large or too small for a stamp (292 years) is the last or
+    /// the first one.
     pub fn from_secs(secs: f64) -> Self {
         Self { nanos: (secs * 1e9).round() as i64 }
     }
@@ -38,7 +39,7 @@ impl Timestamp {
 
     /// Seconds from `earlier` to this; negative if `earlier` is later.
     pub fn secs_since(self, earlier: Self) -> f64 {
-        (self.nanos - earlier.nanos) as f64 * 1e-9
+        self.nanos.saturating_sub(earlier.nanos) as f64 * 1e-9
     }
 }
 
@@ -47,7 +48,7 @@ impl ops::Add<f64> for Timestamp {
 
     /// The time `secs` later.
     fn add(self, secs: f64) -> Self {
-        Self { nanos: self.nanos + Self::from_secs(secs).nanos }
+        Self { nanos: self.nanos.saturating_add(Self::from_secs(secs).nanos) }
     }
 }
 
@@ -74,5 +75,12 @@ mod tests {
     fn differences_are_exact() {
         let start = Timestamp::from_ros(1_700_000_000, 0);
         assert!(((start + 0.1).secs_since(start) - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_time_is_beyond_the_first_and_the_last() {
+        let (first, last) = (Timestamp::from_nanos(i64::MIN), Timestamp::from_nanos(i64::MAX));
+        assert_eq!((last + 1.0, first + -1.0, Timestamp::from_secs(1e300)), (last, first, last));
+        assert!(last.secs_since(first) > 9e9 && first.secs_since(last) < -9e9);
     }
 }

@@ -104,7 +104,8 @@ fn check_view(focal_px: f64, side_px: u32, is_fisheye: bool) -> Result<(), Camer
 }
 
 impl Camera {
-    /// A camera without distortion. Sizes as (width, height), the rest as (x, y), all in pixels.
+    /// A camera without distortion. Sizes as (width, height), the rest as (x, y), all in pixels. Numbers that somebody has typed are better
+    /// given to [`Camera::checked`], which also refuses what no lens has.
     ///
     /// # Errors
     /// If the size is zero, a focal length is not positive or a value is not finite.

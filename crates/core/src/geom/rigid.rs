@@ -79,8 +79,17 @@ impl<Dst, Src> Rigid3<Dst, Src> {
         &self.translation
     }
 
-    /// Rotation as a quaternion (x, y, z, w).
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.rotation.iter().chain(&self.translation).all(|value| value.is_finite())
+    }
+
+    /// Rotation as a quaternion (x, y, z, w); of one that is not finite no value is a number.
     pub fn quaternion_xyzw(&self) -> [f64; 4] {
+        // The search for the nearest rotation would not end.
+        if !self.rotation.iter().all(|value| value.is_finite()) {
+            return [f64::NAN; 4];
+        }
         let q = UnitQuaternion::from_matrix(&self.rotation);
         [q.i, q.j, q.k, q.w]
     }
@@ -174,6 +183,16 @@ mod tests {
             let b = Rigid3::<World, Robot>::from_quaternion(a.quaternion_xyzw(), [t.x, t.y, t.z]).unwrap();
             prop_assert!((a.rotation() - b.rotation()).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn what_is_not_finite_says_so_and_can_be_printed() {
+        let turned = |angle| Rotation3::from_axis_angle(&Vector3::y_axis(), angle);
+        assert!(Rigid3::<World, Robot>::new(turned(0.3), Vector3::zeros()).is_finite());
+        let nowhere = Rigid3::<World, Robot>::new(turned(0.3), Vector3::new(0.0, f64::INFINITY, 0.0));
+        assert!(!nowhere.is_finite() && nowhere.quaternion_xyzw()[1].is_finite());
+        let unturned = Rigid3::<World, Robot>::new(turned(f64::NAN), Vector3::zeros());
+        assert!(!unturned.is_finite() && format!("{unturned:?}").contains("NaN"));
     }
 
     #[test]
