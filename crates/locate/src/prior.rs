@@ -10,7 +10,7 @@ use visloc_core::{
 };
 use visloc_world::{Map, field::Field};
 
-use crate::Region;
+use crate::{ConfigError, Region, require};
 
 /// A pose agrees with a prior within so many standard deviations.
 const MAX_DEVIATION: f64 = 3.0;
@@ -133,6 +133,57 @@ impl StartPrior {
         Self::Region { region, heading: None }
     }
 
+    /// Refuses what no pose can be drawn from: values that are not finite, spreads and weights below 0, regions whose end comes before their begin.
+    ///
+    /// # Errors
+    /// With what was expected and found.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let finite = |key, found: f64| require(found.is_finite(), key, "a finite number", found);
+        let spread = |key, found: f64| {
+            require(found.is_finite() && found >= 0.0, key, "a finite number of at least 0", found)
+        };
+        let range = |key, (least, most): (f64, f64)| {
+            let is_range = least.is_finite() && most.is_finite() && least <= most;
+            require(
+                is_range,
+                key,
+                "a finite range whose end is not before its begin",
+                format!("{least} to {most}"),
+            )
+        };
+        match self {
+            Self::Uniform => Ok(()),
+            Self::Region { region, heading } => {
+                range("start.region.x_m", (region.min_x_m, region.max_x_m))?;
+                range("start.region.y_m", (region.min_y_m, region.max_y_m))?;
+                let Some(heading) = heading else { return Ok(()) };
+                finite("start.heading.yaw_rad", heading.yaw_rad)?;
+                spread("start.heading.spread_rad", heading.spread_rad)
+            }
+            Self::Poses(poses) => {
+                for pose in poses {
+                    let found = &pose.world_from_robot;
+                    require(
+                        found.is_finite(),
+                        "start.poses.world_from_robot",
+                        "finite numbers",
+                        format!("{found:?}"),
+                    )?;
+                    spread("start.poses.position_spread_m", pose.position_spread_m)?;
+                    spread("start.poses.heading_spread_rad", pose.heading_spread_rad)?;
+                    spread("start.poses.weight", pose.weight)?;
+                }
+                Ok(())
+            }
+            Self::SideLines(lines) => {
+                range("start.side_lines.x_m", (lines.min_x_m, lines.max_x_m))?;
+                finite("start.side_lines.half_width_m", lines.half_width_m)?;
+                spread("start.side_lines.position_spread_m", lines.position_spread_m)?;
+                spread("start.side_lines.heading_spread_rad", lines.heading_spread_rad)
+            }
+        }
+    }
+
     /// Whether nothing is known.
     pub fn is_uniform(&self) -> bool {
         *self == Self::Uniform
@@ -241,6 +292,54 @@ mod tests {
 
     fn share(samples: &[PlanarPose], holds: impl Fn(&PlanarPose) -> bool) -> f64 {
         samples.iter().filter(|pose| holds(pose)).count() as f64 / samples.len() as f64
+    }
+
+    #[test]
+    fn a_prior_that_no_pose_can_be_drawn_from_is_refused() {
+        let pose = PosePrior {
+            world_from_robot: PlanarPose::new(1.0, 0.5, 0.2),
+            position_spread_m: 0.0,
+            heading_spread_rad: 0.1,
+            weight: 0.0,
+        };
+        let region = MAP;
+        let heading = HeadingPrior { yaw_rad: 1.0, spread_rad: 0.2 };
+        let lines = SideLines {
+            min_x_m: -3.0,
+            max_x_m: 0.0,
+            half_width_m: 2.0,
+            position_spread_m: 0.1,
+            heading_spread_rad: 0.1,
+        };
+        let good = [
+            StartPrior::Uniform,
+            StartPrior::Region { region, heading: Some(heading) },
+            StartPrior::Poses(vec![pose]),
+            StartPrior::Poses(Vec::new()),
+            StartPrior::SideLines(lines),
+        ];
+        for prior in good {
+            assert_eq!(prior.check(), Ok(()), "{prior:?}");
+        }
+        let bad = |prior: StartPrior| prior.check().unwrap_err().to_string();
+        let nowhere = PlanarPose { x_m: f64::NAN, ..pose.world_from_robot };
+        assert!(
+            bad(StartPrior::Poses(vec![pose, PosePrior { world_from_robot: nowhere, ..pose }]))
+                .contains("NaN")
+        );
+        assert_eq!(
+            bad(StartPrior::Poses(vec![PosePrior { position_spread_m: -1.0, ..pose }])),
+            "start.poses.position_spread_m: expected a finite number of at least 0, found -1"
+        );
+        let turned = Region { min_x_m: 4.0, max_x_m: -4.0, ..region };
+        assert_eq!(
+            bad(StartPrior::Region { region: turned, heading: None }),
+            "start.region.x_m: expected a finite range whose end is not before its begin, found 4 to -4"
+        );
+        let turned = SideLines { max_x_m: -5.0, ..lines };
+        assert!(bad(StartPrior::SideLines(turned)).contains("found -3 to -5"));
+        let map = Map::built_in("robocup-spl-2010").unwrap();
+        assert!(crate::Pipeline::builder(&map).start(StartPrior::SideLines(turned)).build().is_err());
     }
 
     #[test]

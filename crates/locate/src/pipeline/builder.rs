@@ -1,5 +1,7 @@
 //! Settings of a pipeline before it is built.
 
+use std::fmt;
+
 use visloc_core::{Clock, RngTree};
 use visloc_world::Map;
 
@@ -7,6 +9,7 @@ use super::{Pipeline, PipelineConfig, algorithm_on};
 use crate::{Algorithm, ConfigError, Localizer, ObservationModel, StartPrior};
 
 /// Settings of a [`Pipeline`].
+#[derive(Debug)]
 pub struct PipelineBuilder<'a> {
     map: &'a Map,
     algorithm: Choice<'a>,
@@ -21,6 +24,18 @@ enum Choice<'a> {
     Named { name: &'a str, toml: Option<&'a str> },
     Made(Box<Algorithm>),
     Own(OwnLocalizer<'a>),
+}
+
+impl fmt::Debug for Choice<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named { name, toml } => {
+                f.debug_struct("Named").field("name", name).field("toml", toml).finish()
+            }
+            Self::Made(algorithm) => f.debug_tuple("Made").field(algorithm).finish(),
+            Self::Own(_) => f.debug_tuple("Own").finish_non_exhaustive(),
+        }
+    }
 }
 
 type OwnLocalizer<'a> = Box<dyn FnOnce(Box<dyn ObservationModel>) -> Box<dyn Localizer> + 'a>;
@@ -93,9 +108,10 @@ impl<'a> PipelineBuilder<'a> {
     /// Builds the pipeline.
     ///
     /// # Errors
-    /// If there is no such algorithm or a parameter is unknown or out of its range.
+    /// If there is no such algorithm, a parameter is unknown or out of its range, or [`StartPrior::check`] refuses the start.
     pub fn build(self) -> Result<Pipeline, ConfigError> {
         let Self { map, algorithm, config, rng, start, clock } = self;
+        start.check()?;
         let localizer_for = |model: Box<dyn ObservationModel>| match algorithm {
             Choice::Made(algorithm) => algorithm.build(model),
             Choice::Named { name, toml } => algorithm_on(map, name, config.features, toml)?.build(model),

@@ -1,5 +1,7 @@
 //! From frames to estimates.
 
+use std::fmt;
+
 use visloc_core::{Clock, Frame, Rng, RngTree};
 use visloc_world::Map;
 
@@ -33,6 +35,15 @@ pub struct StepTimes {
     pub analysis_ms: f64,
     /// Lift detector and localizer, milliseconds.
     pub localizer_ms: f64,
+}
+
+impl fmt::Debug for Pipeline {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Pipeline")
+            .field("estimate", self.estimate())
+            .field("times", &self.times)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Pipeline {
@@ -70,7 +81,8 @@ impl Pipeline {
     /// Takes in the next frame: looks at its image, and at the robot's pose.
     ///
     /// # Errors
-    /// If the image does not belong to its calibration. The frame is left out then, and the run can go on.
+    /// If the image does not belong to its calibration, or the camera's pose on the robot is not finite. The frame is left out then, and the
+    /// run can go on. Odometry that is not finite counts as none, and a stamp before that of the last frame as no time gone by.
     pub fn step(&mut self, frame: &Frame) -> Result<&Estimate, AnalysisError> {
         let start = self.clock.secs();
         let cameras = (self.camera_index, frame.camera_index);
@@ -103,6 +115,9 @@ impl Pipeline {
     }
 
     /// Begins again with what is known about the pose, for instance the half in which the robot is put down.
+    ///
+    /// # Panics
+    /// Perhaps, now or in a later step, if [`StartPrior::check`] refuses it.
     pub fn reset_to(&mut self, prior: &StartPrior) {
         self.localizer.reset_to(prior);
     }

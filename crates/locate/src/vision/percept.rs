@@ -177,6 +177,12 @@ impl Percept {
         if found_px != frame.camera.size_px() {
             return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
         }
+        if !frame.robot_from_camera.is_finite() {
+            return Err(AnalysisError::Mount {
+                at: frame.at,
+                found: format!("{:?}", frame.robot_from_camera),
+            });
+        }
         self.at = frame.at;
         (self.camera_index, self.camera) = (frame.camera_index, frame.camera);
         self.robot_from_camera = frame.robot_from_camera;
@@ -223,5 +229,13 @@ pub enum AnalysisError {
         expected_px: (u32, u32),
         /// Width and height of the image.
         found_px: (u32, u32),
+    },
+    /// The pose of the camera on the robot has values that are not finite.
+    #[error("image at {at}: expected a pose of the camera on the robot in finite numbers, found {found}")]
+    Mount {
+        /// Stamp of the image.
+        at: Timestamp,
+        /// The pose, as text.
+        found: String,
     },
 }

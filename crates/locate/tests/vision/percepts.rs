@@ -1,6 +1,6 @@
 //! What the whole analysis, all filters on, makes of an image.
 
-use visloc_core::{RgbImage, RngTree};
+use visloc_core::{RgbImage, RngTree, geom::Mount};
 use visloc_locate::vision::{
     AnalysisError, FeatureKind, Percept,
     field::{FieldAnalysisConfig, FieldAnalyzer},
@@ -84,6 +84,22 @@ fn an_image_of_another_size_is_refused() {
     let result =
         analyzer.analyze(&painter.frame(RgbImage::new(640, 480)), &mut RngTree::new(1).stream("a", 0));
     assert!(matches!(result, Err(AnalysisError::Size { found_px: (640, 480), .. })));
+}
+
+#[test]
+fn a_camera_that_is_nowhere_on_the_robot_is_refused() {
+    let painter = Painter::new(10.0);
+    let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig::default()).unwrap();
+    let mut frame = painter.frame(RgbImage::new(320, 240));
+    for mount in [
+        Mount { height_m: f64::NAN, ..Mount::default() },
+        Mount { tilt_rad: f64::INFINITY, ..Mount::default() },
+    ] {
+        frame.robot_from_camera = mount.robot_from_camera();
+        let error = analyzer.analyze(&frame, &mut RngTree::new(1).stream("a", 0)).unwrap_err();
+        assert!(matches!(error, AnalysisError::Mount { .. }), "{error}");
+        assert!(error.to_string().contains("expected a pose of the camera on the robot in finite numbers"));
+    }
 }
 
 #[test]

@@ -92,7 +92,7 @@ impl FieldAnalyzer {
     /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
     ///
     /// # Errors
-    /// If the image has another size than its camera calibration.
+    /// If the image has another size than its camera calibration, or the camera's pose on the robot is not finite.
     pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
         self.percept.begin(frame)?;
         let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);

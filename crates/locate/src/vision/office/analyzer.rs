@@ -69,7 +69,7 @@ impl OfficeAnalyzer {
     /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
     ///
     /// # Errors
-    /// If the image has another size than its camera calibration.
+    /// If the image has another size than its camera calibration, or the camera's pose on the robot is not finite.
     pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
         self.percept.begin(frame)?;
         let scale = (f64::from(frame.image.width()) / 320.0).max(1.0);
