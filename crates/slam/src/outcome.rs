@@ -146,7 +146,7 @@ pub struct TrajectoryPose {
 }
 
 /// A frame that the system has taken in, for those who look on.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct SlamFrame<'a> {
     /// When it was taken.
     pub at: Timestamp,

@@ -231,7 +231,7 @@ impl Slam {
     }
 
     /// Takes the next frame of a camera on a robot. Its odometry predicts the motion, gives the map its unit of length, and carries the
-    /// pose on where the image shows too little. Without odometry the frame is that of any camera.
+    /// pose on where the image shows too little. Without odometry, or with one that is not finite, the frame is that of any camera.
     ///
     /// # Errors
     /// If the frame cannot be used; it is left out.
@@ -241,6 +241,7 @@ impl Slam {
         image: GrayImage,
         odom_from_camera: Option<OdomFromCamera>,
     ) -> Result<FrameOutcome, FrameError> {
+        let odom_from_camera = odom_from_camera.filter(OdomFromCamera::is_finite);
         let mut mapped = self.collect();
         let (mut outcome, order) = self.front_end.add_frame(at, image, odom_from_camera)?;
         mapped.extend(order.and_then(|order| self.hand_over(order)));

@@ -11,18 +11,22 @@ use visloc_core::{
     geom::Camera,
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
-use visloc_slam::{FrameError, Slam, SlamConfig};
+use visloc_slam::{FrameError, Slam, SlamConfig, odometry::OdomFromCamera};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip")
 }
 
 fn run(seed: u64) -> (Slam, CameraTrajectory) {
+    run_with_odometry(seed, None)
+}
+
+fn run_with_odometry(seed: u64, odometry: Option<OdomFromCamera>) -> (Slam, CameraTrajectory) {
     let mut source = open_tum(&folder(), SequenceRange::default()).unwrap();
     let mut slam = Slam::new(source.camera(), &SlamConfig::default(), seed).unwrap();
     while let Some(frame) = source.next_item() {
         let frame = frame.unwrap();
-        slam.add_frame(frame.at, frame.image).unwrap();
+        slam.add_frame_of_robot(frame.at, frame.image, odometry).unwrap();
     }
     slam.map().check().unwrap();
     let mut trajectory = CameraTrajectory::new();
@@ -55,7 +59,10 @@ fn the_same_seed_gives_the_same_bits() {
             .flat_map(|p| translation(p).iter().map(|v| v.to_bits()).collect::<Vec<_>>())
             .collect()
     };
-    assert_eq!(bits(&run(1).1), bits(&run(1).1));
+    let once = bits(&run(1).1);
+    assert_eq!(once, bits(&run(1).1));
+    let nowhere = OdomFromCamera::new(Rotation3::identity(), Vector3::new(f64::NAN, 0.0, 0.0));
+    assert_eq!(once, bits(&run_with_odometry(1, Some(nowhere)).1), "no number is no odometry");
 }
 
 #[test]

@@ -153,7 +153,7 @@ impl MapLocalizer {
     /// For one camera in a map. Where the scale of the map is known, odometry carries the pose on. The seed fixes every random choice.
     ///
     /// # Errors
-    /// If a parameter is out of range.
+    /// If a parameter is out of range, or the map is empty.
     pub fn new(
         map: &Map,
         meters_per_unit: Option<f64>,
@@ -161,6 +161,10 @@ impl MapLocalizer {
         config: &SlamConfig,
         seed: u64,
     ) -> Result<Self, ConfigError> {
+        if map.all_keyframes().next().is_none() {
+            let (expected, found) = ("at least one keyframe".to_owned(), "none".to_owned());
+            return Err(ConfigError::Relation { key: "map", expected, found });
+        }
         let mut slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
         slam.set_packing(packing_beside(map));
         let errors = MapErrors::of(slam.map(), camera);
@@ -182,7 +186,7 @@ impl MapLocalizer {
     /// For one camera in the maps of a file, see [`MapLocalizer::new`]: in meters if the scale of the largest is known.
     ///
     /// # Errors
-    /// If a parameter is out of range.
+    /// If a parameter is out of range, or there is no map.
     pub fn in_map(
         map: &VisualMap,
         camera: &Camera,
@@ -204,12 +208,13 @@ impl MapLocalizer {
         &self.slam
     }
 
-    /// Takes the next image. `None` where nothing is known of the place.
+    /// Takes the next image. `None` where nothing is known of the place. Odometry that is not finite counts as none.
     ///
     /// # Errors
     /// If the image cannot be used; it is left out.
     pub fn step(&mut self, frame: GrayFrame) -> Result<Option<CameraEstimate>, FrameError> {
         let GrayFrame { at, image, odom_from_camera, .. } = frame;
+        let odom_from_camera = odom_from_camera.filter(OdomFromCamera::is_finite);
         let outcome = self.slam.add_frame_of_robot(at, image, self.in_units(odom_from_camera))?;
         self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
         let carried = self.way.and_then(|way| self.carried(at, &way));

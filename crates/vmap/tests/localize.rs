@@ -125,6 +125,12 @@ fn a_localizer_shares_the_landmarks_of_its_map() {
 }
 
 #[test]
+fn nobody_is_looked_for_in_an_empty_map() {
+    let error = MapLocalizer::in_map(&VisualMap::default(), &clip().camera, &config(), 3).unwrap_err();
+    assert_eq!(error.to_string(), "map: expected at least one keyframe, found none");
+}
+
+#[test]
 fn what_is_dark_has_no_place() {
     let clip = clip();
     let map = taught(&clip);
