@@ -23,6 +23,18 @@ pub enum CalibrateError {
         /// The others.
         dropped: Vec<DroppedView>,
     },
+    /// A corner is not in the picture.
+    #[error(
+        "{name}: expected corners in a picture of {} x {} px, found one at ({:.1}, {:.1})", size_px.0, size_px.1, px.0, px.1
+    )]
+    Outside {
+        /// Name of the picture.
+        name: String,
+        /// Where the corner is, pixels.
+        px: (f64, f64),
+        /// Width and height of all pictures.
+        size_px: (u32, u32),
+    },
     /// No focal length explains the pictures.
     #[error("no camera explains the pictures: are the board's dimensions right, and is it flat?")]
     NoStart,

@@ -15,7 +15,7 @@ use crate::{
 pub struct ViewInput {
     /// For messages.
     pub name: String,
-    /// What was found.
+    /// What was found. Corners whose pixels are not finite, or that the board does not have, are left out.
     pub corners: Vec<BoardCorner>,
 }
 
@@ -31,6 +31,8 @@ const MIN_CORNERS: usize = 8;
 const HARMLESS_PX: f64 = 0.3;
 /// Largest standard deviation of a focal length, as a share of it, and of the principal point, as a share of the image.
 const MAX_SPREAD: f64 = 0.05;
+/// A corner that lies farther outside of the picture, as a share of its size, is of a picture of another size; a nearer one may be a false one.
+const MAX_OUTSIDE: f64 = 0.1;
 const NAMES: [[&str; 9]; 2] = [
     ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"],
     ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4", ""],
@@ -54,7 +56,7 @@ struct Work {
 /// do not fit are left out; final refinement without weights, for honest standard deviations.
 ///
 /// # Errors
-/// If the board is impossible, or the pictures are too few or do not determine the camera.
+/// If the board is impossible, a corner lies far outside of `size_px`, or the pictures are too few or do not determine the camera.
 pub fn calibrate(
     board: &Board,
     size_px: (u32, u32),
@@ -97,6 +99,16 @@ fn first_guess(
     for input in inputs {
         let is_known = |c: &&BoardCorner| c.id < board.num_corners() && c.px.iter().all(|v| v.is_finite());
         let corners: Vec<BoardCorner> = input.corners.iter().filter(is_known).copied().collect();
+        let is_within = |at: f64, side: u32| (at / f64::from(side) - 0.5).abs() <= 0.5 + MAX_OUTSIDE;
+        if let Some(odd) =
+            corners.iter().find(|c| !is_within(c.px.x, size_px.0) || !is_within(c.px.y, size_px.1))
+        {
+            return Err(CalibrateError::Outside {
+                name: input.name.clone(),
+                px: (odd.px.x, odd.px.y),
+                size_px,
+            });
+        }
         if corners.len() < MIN_CORNERS {
             let reason = DropReason::FewCorners(corners.len());
             dropped.push(DroppedView { name: input.name.clone(), reason });

@@ -161,6 +161,17 @@ fn a_wrong_picture_and_wrong_corners_are_left_out() {
 }
 
 #[test]
+fn pictures_of_another_size_are_refused() {
+    let camera = webcam();
+    let inputs = corners(&CHECKERS, &camera, 1, 5, 0.1);
+    let (width, height) = camera.size_px();
+    for size_px in [(width / 4, height / 4), (0, 0)] {
+        let error = calibrate(&CHECKERS, size_px, &inputs, LensModel::RadialTangential).unwrap_err();
+        assert!(matches!(error, CalibrateError::Outside { size_px: told, .. } if told == size_px), "{error}");
+    }
+}
+
+#[test]
 fn too_few_or_degenerate_pictures_say_so() {
     let camera = webcam();
     let run =
