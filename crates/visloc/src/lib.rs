@@ -5,15 +5,17 @@
 //! A [`Map`] and a [`Pipeline`]; each [`Frame`] of the robot gives an [`Estimate`]: pose, covariance, reliability, all hypotheses.
 //!
 //! ```
-//! use visloc::{Camera, Frame, Map, Mount, Pipeline, RgbImage, Timestamp};
+//! use visloc::{Camera, Frame, Map, Mount, Pipeline, PlanarPose, RgbImage, Timestamp};
 //!
-//! let map = Map::load("robocup-spl-2010")?; // or a file: dimensions of a field, plan of a building, SVG, DXF, occupancy grid
+//! let map = Map::built_in("robocup-spl-2010")?;
 //! let camera = Camera::pinhole((320, 240), (373.0, 373.0), (159.5, 119.5))?;
 //! let mount = Mount { height_m: 0.5, tilt_rad: 0.3, ..Mount::default() };
 //! let mut pipeline = Pipeline::builder(&map).seed(1).build()?;
 //!
-//! let image = RgbImage::new(320, 240); // of your camera; here a black one
-//! let frame = Frame::new(Timestamp::from_secs(0.0), image, camera, mount.robot_from_camera());
+//! let bytes = vec![0; 320 * 240 * 3]; // of your camera: rows from the top, of each pixel red, green and blue
+//! let image = RgbImage::from_raw(320, 240, bytes)?;
+//! let mut frame = Frame::new(Timestamp::from_secs(0.0), image, camera, mount.robot_from_camera());
+//! frame.odometry = Some(PlanarPose::new(0.1, 0.0, 0.0)); // if there is some: all motion since any beginning, meters and radians
 //! let estimate = pipeline.step(&frame)?;
 //! if estimate.is_localized() {
 //!     println!("{:?}", estimate.world_from_robot);
@@ -21,7 +23,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Odometry and foot sensors, if the robot has them, are fields of the frame. Another algorithm is chosen by name
+//! A map of your own is a file (`Map::load`: dimensions of a field, plan of a building, SVG, DXF, occupancy grid) or is made in code:
+//! [`Field::new`](world::field::Field::new), [`Office::new`](world::office::Office::new). Foot sensors, if the robot has them, are a field of
+//! the frame, too. What is known of the pose at the start is given with [`PipelineBuilder::start`]; another algorithm is chosen by name
 //! (`.named("mce", None)`) or with parameters of your own ([`Algorithm`]); an algorithm of your own implements [`Localizer`] and is put in
 //! with [`PipelineBuilder::localizer`].
 //!
@@ -72,6 +76,10 @@
 //! # fn main() {}
 //! ```
 //!
+//! # How good it is
+//!
+//! [`eval`] compares poses with the truth: [`eval::evaluate`] those of a robot, [`eval::camera`] those of a camera, with an alignment.
+//!
 //! # Features
 //!
 //! | feature | what it adds |
@@ -95,23 +103,28 @@ pub use rand;
 #[cfg(feature = "calib")]
 pub use visloc_calib as calib;
 pub use visloc_core::{
-    CameraPose, CameraTrajectory, Clock, Frame, GrayFrame, GrayImage, GroundContact, ImageSource,
-    PlanarTrajectory, RgbImage, Rng, RngTree, Source, SourceError, SourceFrame, SourceStatus, StampedPose,
-    Timestamp, Truth, eval, gaussian,
-    geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
+    CalibratedImages, CameraPose, CameraTrajectory, Clock, Frame, GrayFrame, GrayImage, GroundContact, Host,
+    ImageSizeError, ImageSource, Occupancy, OccupancyGrid, Picture, PlanarTrajectory, RgbImage, Rng, RngTree,
+    SkippedInput, Source, SourceError, SourceFrame, SourceStatus, Stamped, StampedPose, Timestamp,
+    Trajectory, Truth, eval, gaussian,
+    geom::{
+        self, Camera, CameraError, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World,
+        nao,
+    },
+    settings,
 };
 #[cfg(feature = "io")]
 pub use visloc_io as io;
 pub use visloc_locate::{
-    self as locate, ALGORITHMS, Algorithm, ConfigError, Estimate, FeatureChoice, Half, Hypothesis,
-    Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel, Pipeline, PipelineBuilder,
-    PipelineConfig, PosePrior, Region, StartPrior, StepInput,
+    self as locate, ALGORITHMS, Algorithm, ConfigError, Estimate, FeatureChoice, Half, HeadingPrior,
+    Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel, Pipeline, PipelineBuilder,
+    PipelineConfig, PosePrior, Region, SideLines, StartPrior, StepInput, vision::AnalysisError,
 };
 #[cfg(feature = "sim")]
 pub use visloc_sim as sim;
 pub use visloc_slam::{
-    self as slam, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState, TrajectoryPose,
-    ground::GroundOdometer,
+    self as slam, FrameError, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState,
+    TrajectoryPose, ground::GroundOdometer,
 };
 #[cfg(feature = "vmap")]
 pub use visloc_vmap as vmap;
