@@ -1,6 +1,7 @@
 //! Reads a recording as a stream of frames.
 
 use std::{
+    fmt,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -42,6 +43,17 @@ enum End {
     /// No more messages; the error, if any, follows after the frames that still wait.
     NoMoreMessages(Option<SourceError>),
     Delivered,
+}
+
+impl fmt::Debug for BagReader {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (path, topics, num_frames) = (&self.path, &self.topics, self.num_frames);
+        f.debug_struct("BagReader")
+            .field("path", path)
+            .field("topics", topics)
+            .field("num_frames", &num_frames)
+            .finish_non_exhaustive()
+    }
 }
 
 impl BagReader {

@@ -1,7 +1,7 @@
 //! Writes frames as a recording.
 
 use std::{
-    io,
+    fmt, io,
     path::{Path, PathBuf},
 };
 
@@ -73,6 +73,16 @@ pub struct BagWriter {
     channels: ChannelWriter,
     /// Stamp of the last frame, whose further cameras have the rest in common with it.
     last_at: Option<Timestamp>,
+}
+
+impl fmt::Debug for BagWriter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BagWriter")
+            .field("folder", &self.folder)
+            .field("topics", &self.topics)
+            .field("last_at", &self.last_at)
+            .finish_non_exhaustive()
+    }
 }
 
 impl BagWriter {
