@@ -54,6 +54,8 @@ fn what_runs_moves_to_a_thread_and_what_is_known_is_shared() {
     is_shared::<Frame>();
     is_shared::<Estimate>();
     is_shared::<FrameOutcome>();
+    #[cfg(feature = "io")]
+    is_sent::<visloc::io::bag::BagReader>();
     #[cfg(feature = "vmap")]
     {
         is_sent::<visloc::vmap::MapLocalizer>();
