@@ -21,6 +21,10 @@ const MOST_TURN_DEG: f64 = 45.0;
 /// Most by which the scale can have drifted, factor.
 const MOST_SCALE: f64 = 2.0;
 
+/// Squared error up to which frames at a loss are believed where it ties the way together: that of the six numbers of a pose is larger in one
+/// of a thousand cases.
+const MOST_TORN: f64 = 22.5;
+
 /// By how much a loop bends the way.
 #[derive(Debug, Clone, Copy)]
 pub struct Bend {
@@ -133,13 +137,15 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
         depths.push(sighting.depth);
     }
     graph.length = depths.iter().sum::<f64>() / depths.len().max(1) as f64;
-    for crossing in &crossings {
-        let nodes = index_of(crossing.before.keyframe).zip(index_of(crossing.after.keyframe));
-        graph.edges.extend(nodes.and_then(|nodes| certainty::edge_across(crossing, nodes, graph.length)));
-    }
-    if !(graph.length.is_finite() && graph.length > 0.0) || graph.solve(MOST_STEPS) == 0 {
+    let edge_across = |crossing: &Crossing| {
+        let nodes = index_of(crossing.before.keyframe).zip(index_of(crossing.after.keyframe))?;
+        certainty::edge_across(crossing, nodes, graph.length)
+    };
+    let across: Vec<PoseGraphEdge> = crossings.iter().filter_map(edge_across).collect();
+    let has_length = graph.length.is_finite() && graph.length > 0.0;
+    let Some(graph) = Some(graph).filter(|_| has_length).and_then(|graph| solved(graph, &across)) else {
         return;
-    }
+    };
     let corrections: Vec<Correction> = ids
         .iter()
         .zip(&graph.nodes)
@@ -151,6 +157,31 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
         })
         .collect();
     map.correct(&corrections);
+}
+
+/// The graph with its nodes where its edges agree, and with as many of those across each loss as it bears: the last frames before a loss
+/// may be anywhere, since what is tracked then slips. `None` if nothing moves.
+fn solved(graph: PoseGraph, across: &[PoseGraphEdge]) -> Option<PoseGraph> {
+    let start = graph.nodes.clone();
+    let mut solved = graph;
+    let mut has_moved = solved.solve(MOST_STEPS) > 0;
+    // All frames of a loss hang on the first keyframe of the map that was started behind it.
+    for loss in across.chunk_by(|a, b| a.second == b.second) {
+        let (mut loss, cost) = (loss.to_vec(), solved.cost());
+        while !loss.is_empty() {
+            let mut tied = PoseGraph { nodes: start.clone(), ..solved.clone() };
+            tied.edges.extend_from_slice(&loss);
+            let has_tied_moved = tied.solve(MOST_STEPS) > 0;
+            if tied.cost() - cost < MOST_TORN {
+                (solved, has_moved) = (tied, has_tied_moved);
+                break;
+            }
+            // Those stay that the way without them contradicts least.
+            loss.sort_by(|a, b| solved.cost_of_edge(a).total_cmp(&solved.cost_of_edge(b)));
+            loss.truncate(loss.len() / 2);
+        }
+    }
+    has_moved.then_some(solved)
 }
 
 /// Earlier keyframes that share most with one, at least one of them, and the one before, unless the camera was lost between both.
@@ -176,7 +207,7 @@ mod tests {
     use super::*;
     use crate::{
         image::Pyramid,
-        lie::CameraFromWorld,
+        lie::{CameraFromWorld, exp},
         map::{NewKeyframe, Standing},
     };
 
@@ -319,6 +350,16 @@ mod tests {
 
     #[test]
     fn a_frame_that_two_maps_know_holds_their_loose_ends_together() {
+        held_together_by_frames_of_which_slipped(0);
+    }
+
+    #[test]
+    fn frames_that_slipped_before_the_loss_do_not_bend_the_way() {
+        held_together_by_frames_of_which_slipped(7);
+    }
+
+    /// A frame that both maps know, and others of which the first map has the pose wrong by 11 degrees and 18 cm.
+    fn held_together_by_frames_of_which_slipped(num: usize) {
         let (truth, mut map) = round_with_a_gap();
         let standing = |keyframe: usize| Standing {
             keyframe: KeyframeId(keyframe as u32),
@@ -328,6 +369,11 @@ mod tests {
             covariance: Matrix6::from_diagonal(&Vector6::new(4e-4, 4e-4, 4e-4, 8e-5, 8e-5, 8e-5)),
         };
         map.add_crossing(Crossing { before: standing(19), after: standing(20) });
+        let slipped = exp(&Vector6::new(0.18, 0.0, 0.0, 0.0, 0.19, 0.0)) * standing(19).camera_from_keyframe;
+        for _ in 0..num {
+            let before = Standing { camera_from_keyframe: slipped, ..standing(19) };
+            map.add_crossing(Crossing { before, after: standing(20) });
+        }
         let off = |map: &Map, i: usize| {
             let pose = map.keyframe(KeyframeId(i as u32)).camera_from_world();
             (pose.inverse().translation() - truth[i].inverse().translation()).norm()

@@ -14,6 +14,7 @@ mod sighting;
 pub use meeting::Meeting;
 pub use merge::{Apart, Merged, merge};
 pub use pose_graph::{PoseGraph, PoseGraphEdge};
+pub(crate) use recognizer::IN_A_ROW;
 pub use recognizer::Recognizer;
 pub(crate) use revisit::was_seen_again;
 pub use visloc_core::geom::Similarity;

@@ -59,6 +59,12 @@ impl PoseGraph {
         self.cost_of(&self.nodes)
     }
 
+    /// The squared error of an edge.
+    #[must_use]
+    pub fn cost_of_edge(&self, edge: &PoseGraphEdge) -> f64 {
+        self.error(edge, &self.nodes[edge.first], &self.nodes[edge.second]).norm_squared()
+    }
+
     fn cost_of(&self, nodes: &[Similarity]) -> f64 {
         let error = |edge: &PoseGraphEdge| self.error(edge, &nodes[edge.first], &nodes[edge.second]);
         self.edges.iter().map(|edge| error(edge).norm_squared()).sum()

@@ -18,8 +18,8 @@ use crate::{
     track::{FrameWork, Incoming, focal_px},
 };
 
-/// Keyframes in a row that must agree.
-pub(super) const IN_A_ROW: usize = 3;
+/// Views of a place in a row, each from elsewhere, that must agree.
+pub(crate) const IN_A_ROW: usize = 3;
 /// Keyframes in a row without agreement after which a hypothesis is dropped.
 const MOST_MISSED: usize = 2;
 /// Fewest descriptors in common for a candidate.

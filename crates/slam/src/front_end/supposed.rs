@@ -3,14 +3,12 @@
 
 use super::FrontEnd;
 use crate::{
+    atlas::IN_A_ROW,
     lie::CameraFromWorld,
     map::{Keyframe, KeyframeId},
     recognize::Located,
     track::{Frame, Quality, TrackReport, focal_px, scene_depth},
 };
-
-/// Looks at a place, each from elsewhere, within which one must show most of it.
-const MOST_LOOKS: usize = 3;
 
 /// Where the camera is supposed to be. Its frames have a pose there, but the map does not learn from them: at a wrong place it would bend.
 #[derive(Debug)]
@@ -86,7 +84,7 @@ impl FrontEnd {
             supposed.looked_from = here;
             supposed.num_looks += 1;
         }
-        supposed.num_looks > MOST_LOOKS
+        supposed.num_looks > IN_A_ROW
     }
 
     /// The camera is lost again. If its place was only supposed, it was never there, and all is as before; says whether that is so.
