@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2x3, Matrix2x6, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 pub use visloc_core::geom::rotation_vector;
-use visloc_core::geom::{CameraFrame, Rigid3, World};
+use visloc_core::geom::{CameraFrame, Rigid3, World, renormalized};
 
 /// Where a camera is: takes points of the world to the camera.
 pub type CameraFromWorld = Rigid3<CameraFrame, World>;
@@ -52,8 +52,7 @@ pub fn log<A, B>(motion: &Rigid3<A, B>) -> Vector6<f64> {
 #[must_use]
 pub fn moved<A, B>(twist: &Vector6<f64>, pose: &Rigid3<A, B>) -> Rigid3<A, B> {
     let product = exp::<A>(twist) * *pose;
-    let mut rotation = Rotation3::from_matrix_unchecked(*product.rotation());
-    rotation.renormalize();
+    let rotation = renormalized(Rotation3::from_matrix_unchecked(*product.rotation()));
     Rigid3::new(rotation, *product.translation())
 }
 

@@ -1,7 +1,7 @@
 //! The refinement: Levenberg-Marquardt over the camera and all poses.
 
 use nalgebra::{Matrix6, Point2, Point3, Rotation3, SMatrix, SVector, Vector2, Vector3, Vector6};
-use visloc_core::geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3, renormalized};
 
 use super::{Intrinsics, NUM_INTRINSICS};
 use crate::BoardFrame;
@@ -110,8 +110,7 @@ fn moved(pose: &CameraFromBoard, step: &Vector6<f64>) -> CameraFromBoard {
     let turn = Rotation3::from_scaled_axis(Vector3::new(step[3], step[4], step[5]));
     let shift = Vector3::new(step[0], step[1], step[2]);
     // Made orthogonal again: hundreds of products would drift.
-    let mut rotation = turn * Rotation3::from_matrix_unchecked(*pose.rotation());
-    rotation.renormalize();
+    let rotation = renormalized(turn * Rotation3::from_matrix_unchecked(*pose.rotation()));
     Rigid3::new(rotation, turn * pose.translation() + shift)
 }
 

@@ -27,5 +27,5 @@ pub use mean::{PoseStatistics, weighted_pose_statistics};
 pub use mount::Mount;
 pub use planar::PlanarPose;
 pub use plane::Plane;
-pub use rigid::{Rigid3, rotation_vector};
+pub use rigid::{Rigid3, nearest_rotation, renormalized, rotation_vector};
 pub use similarity::Similarity;

@@ -86,11 +86,11 @@ impl<Dst, Src> Rigid3<Dst, Src> {
 
     /// Rotation as a quaternion (x, y, z, w); of one that is not finite no value is a number.
     pub fn quaternion_xyzw(&self) -> [f64; 4] {
-        // The search for the nearest rotation would not end.
+        // There is no rotation that is near.
         if !self.rotation.iter().all(|value| value.is_finite()) {
             return [f64::NAN; 4];
         }
-        let q = UnitQuaternion::from_matrix(&self.rotation);
+        let q = UnitQuaternion::from_rotation_matrix(&nearest_rotation(&self.rotation));
         [q.i, q.j, q.k, q.w]
     }
 
@@ -142,6 +142,30 @@ impl<Dst, Src> fmt::Debug for Rigid3<Dst, Src> {
     }
 }
 
+/// The rotation nearest to a matrix.
+#[must_use]
+pub fn nearest_rotation(matrix: &Matrix3<f64>) -> Rotation3<f64> {
+    nearest_rotation_from(Rotation3::identity(), matrix)
+}
+
+/// A product of many rotations made orthonormal again, what rounding has taken from it.
+#[must_use]
+pub fn renormalized(rotation: Rotation3<f64>) -> Rotation3<f64> {
+    let mut near = UnitQuaternion::from_rotation_matrix(&rotation);
+    near.renormalize();
+    nearest_rotation_from(near.to_rotation_matrix(), rotation.matrix())
+}
+
+/// The search of `Rotation3::from_matrix` does not end for numbers that are not finite, and not for some matrices of large numbers: whether it
+/// has arrived is lost in rounding, and it turns away by 1e-8 and comes back. Where it ends, it has ended long before this.
+fn nearest_rotation_from(near: Rotation3<f64>, matrix: &Matrix3<f64>) -> Rotation3<f64> {
+    const MOST_TURNS: usize = 100_000;
+    if !matrix.iter().all(|value| value.is_finite()) {
+        return Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN));
+    }
+    Rotation3::from_matrix_eps(matrix, f64::EPSILON, MOST_TURNS, near)
+}
+
 /// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
 pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
     let r = rotation;
@@ -183,6 +207,32 @@ mod tests {
             let b = Rigid3::<World, Robot>::from_quaternion(a.quaternion_xyzw(), [t.x, t.y, t.z]).unwrap();
             prop_assert!((a.rotation() - b.rotation()).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_search_for_the_nearest_rotation_ends() {
+        // A sum of products of rays.
+        let wide = Matrix3::new(
+            53.444_856_005_197_67,
+            -6.359_644_506_215_447,
+            -2.796_937_224_828_926_4,
+            -5.538_682_278_740_429_5,
+            53.464_364_213_857_82,
+            -7.557_962_542_819_85,
+            5.516_833_380_962_133,
+            -1.713_625_250_245_348_4,
+            92.698_547_317_019_12,
+        );
+        let found = nearest_rotation(&wide);
+        assert!((found.matrix().transpose() * found.matrix() - Matrix3::identity()).norm() < 1e-9);
+        // Nearest: what is left is symmetric.
+        let left = found.matrix().transpose() * wide;
+        assert!((left - left.transpose()).norm() < 1e-5, "{left}");
+        let unturned = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::INFINITY));
+        assert!(renormalized(unturned).matrix().iter().all(|value| value.is_nan()));
+        let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -2.0, 0.4));
+        let drifted = Rotation3::from_matrix_unchecked(turn.matrix() * (1.0 + 1e-9));
+        assert!((renormalized(drifted).matrix() - turn.matrix()).norm() < 1e-12);
     }
 
     #[test]

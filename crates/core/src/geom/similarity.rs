@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 
-use super::{CameraFrame, Rigid3, World, rotation_vector};
+use super::{CameraFrame, Rigid3, World, renormalized, rotation_vector};
 
 type CameraFromWorld = Rigid3<CameraFrame, World>;
 
@@ -72,8 +72,7 @@ impl Similarity {
 
     /// The pose of a camera that this takes points of a map to, whatever its unit of length.
     pub fn to_pose(&self) -> CameraFromWorld {
-        let mut rotation = Rotation3::from_matrix_unchecked(self.rotation);
-        rotation.renormalize();
+        let rotation = renormalized(Rotation3::from_matrix_unchecked(self.rotation));
         CameraFromWorld::new(rotation, self.translation / self.scale)
     }
 

@@ -1,7 +1,7 @@
 //! The homography of a plane.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
-use visloc_core::geom::Rigid3;
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use visloc_core::geom::{Rigid3, nearest_rotation};
 
 use super::{RayPair, TwoViewMotion, essential::least_eigenvector};
 use crate::lie::skew;
@@ -65,7 +65,7 @@ pub fn decompose_homography(homography: &Matrix3<f64>) -> Vec<TwoViewMotion> {
         let first = Matrix3::from_columns(&[v2, u, skew(&v2) * u]);
         let (hv, hu) = (h * v2, h * u);
         let second = Matrix3::from_columns(&[hv, hu, skew(&hv) * hu]);
-        let rotation = Rotation3::from_matrix(&(second * first.transpose()));
+        let rotation = nearest_rotation(&(second * first.transpose()));
         let normal = v2.cross(&u);
         let translation = (h - rotation.matrix()) * normal;
         if translation.norm() > 1e-9 {

@@ -4,7 +4,10 @@ use std::{f64::consts::PI, fmt};
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rand::RngExt;
-use visloc_core::{Rng, geom::Rigid3};
+use visloc_core::{
+    Rng,
+    geom::{Rigid3, nearest_rotation},
+};
 
 use super::{
     KnownMotion, RayPair, TwoViewMotion, decompose_essential, decompose_homography, fit_essential,
@@ -184,7 +187,7 @@ const TURN_STEPS: usize = 4;
 /// Motions in directions all over the sphere, each with its best turn, that explain the pairs better than the directions around them.
 fn spread_motions(pairs: &[RayPair], limit: f64) -> Vec<TwoViewMotion> {
     let products = pairs.iter().map(|pair| pair.second.normalize() * pair.first.normalize().transpose());
-    let still = Rotation3::from_matrix(&products.sum::<Matrix3<f64>>());
+    let still = nearest_rotation(&products.sum::<Matrix3<f64>>());
     let turned = |i: usize| {
         // Points of equal area: Swinbank and Purser, "Fibonacci grids", 2006.
         let z = (i as f64 + 0.5) / NUM_DIRECTIONS as f64;
