@@ -46,6 +46,15 @@ pub fn count(num: usize, what: &str) -> String {
     format!("{num} {what}{plural}")
 }
 
+/// A name as it is typed in a shell: between quotes where it has letters that mean something else there.
+pub fn typed(name: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./:+,@%=".contains(c);
+    if !name.is_empty() && name.chars().all(is_plain) {
+        return name.into();
+    }
+    format!("'{}'", name.replace('\'', r"'\''")).into()
+}
+
 /// Behind an error: what was `done`, `written` or `used` before it; nothing if nothing was.
 pub fn before(num: usize, what: &str, done: &str) -> String {
     match num {
@@ -127,7 +136,14 @@ pub(crate) use note;
 mod tests {
     use anyhow::anyhow;
 
-    use super::{one_line, short};
+    use super::{one_line, short, typed};
+
+    #[test]
+    fn names_are_printed_as_a_shell_takes_them() {
+        assert_eq!(typed("out/tür+sun.mcap"), "out/tür+sun.mcap");
+        assert_eq!(typed("my run/a.mcap"), "'my run/a.mcap'");
+        assert_eq!(typed("it's"), r"'it'\''s'");
+    }
 
     #[test]
     fn a_quoted_cause_is_said_once() {

@@ -44,9 +44,9 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "NAME|FILE", requires = "plots", conflicts_with_all = ["align", "delta", "all_pairs", "offset", "max_diff"])]
     pub map: Option<InputName>,
     #[command(flatten)]
-    pub camera: CameraErrorArgs,
-    #[command(flatten)]
     pub json: JsonArg,
+    #[command(flatten)]
+    pub camera: CameraErrorArgs,
 }
 
 /// What is compared.

@@ -138,10 +138,6 @@ pub struct CalibrateArgs {
     /// Folder of images (PNG, JPEG) of one camera, or a video, camera, bag or topic (`visloc sources`)
     #[arg(value_name = "SOURCE")]
     pub source: InputName,
-    #[command(flatten)]
-    pub options: PictureSourceArgs,
-    #[command(flatten)]
-    pub pattern: PatternArgs,
     /// The lens [default: radtan]
     #[arg(long, value_parser = named(LENSES))]
     pub model: Option<LensModel>,
@@ -156,4 +152,8 @@ pub struct CalibrateArgs {
     pub report: Option<OutputFolder>,
     #[command(flatten)]
     pub json: JsonArg,
+    #[command(flatten)]
+    pub options: PictureSourceArgs,
+    #[command(flatten)]
+    pub pattern: PatternArgs,
 }

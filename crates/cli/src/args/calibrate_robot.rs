@@ -45,13 +45,13 @@ pub struct CalibrateRobotArgs {
     #[command(flatten)]
     pub corrections: CorrectionArgs,
     #[command(flatten)]
-    pub options: SourceArgs,
-    #[command(flatten)]
-    pub topics: TopicArgs,
-    #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
     #[command(flatten)]
     pub threads: ThreadsArg,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: TopicArgs,
 }

@@ -25,9 +25,9 @@ pub struct CheckCameraArgs {
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
     #[command(flatten)]
-    pub options: PictureSourceArgs,
-    #[command(flatten)]
     pub json: JsonArg,
+    #[command(flatten)]
+    pub options: PictureSourceArgs,
 }
 
 /// Arguments of `visloc camera`.
@@ -56,11 +56,11 @@ pub enum CameraCommand {
     },
     /// Draw a board to print, SVG in true size
     Board {
-        #[command(flatten)]
-        pattern: PatternArgs,
         /// File to write
         #[arg(long, value_name = "FILE.svg")]
         out: OutputFile,
+        #[command(flatten)]
+        pattern: PatternArgs,
     },
     /// Write a page on which map and image are laid over each other by hand, for a browser
     ///
@@ -92,8 +92,6 @@ pub enum CameraCommand {
         /// The camera: TOML, ROS, Kalibr, OpenCV
         #[arg(value_name = "CAMERA")]
         camera: InputPath,
-        #[command(flatten)]
-        pattern: PatternArgs,
         /// How many pictures
         #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole::<u32>(1..=1000))]
         count: u32,
@@ -102,6 +100,8 @@ pub enum CameraCommand {
         out: OutputFolder,
         #[command(flatten)]
         seed: SeedArg,
+        #[command(flatten)]
+        pattern: PatternArgs,
     },
 }
 

@@ -28,6 +28,14 @@ pub enum ExperimentCommand {
     /// Markov localization on a grid: walks, images, a goalkeeper, long times without a goal
     Markov(MarkovArgs),
     /// On the field: tours, kidnaps, other robots, white goals; are reliability and covariance honest?
+    #[command(
+        long_about = "Lets the algorithms look for a simulated robot, many times, and compares them with the published figures.\n\n\
+                      Sets: tours (a walk over the field), no-odometry (the same without odometry), crowd (other robots, boards, \
+                      uneven light), kidnaps (the feet notice), unfelt (only the camera can notice), white (kidnaps on a field with \
+                      white goals, where every place has a mirror image; each algorithm plays twice, once it is told the half).\n\n\
+                      A full run of everything takes hours of one core. With --out it can be stopped and goes on where it \
+                      stopped."
+    )]
     Robocup(RobocupArgs),
     /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
     Office(OfficeArgs),
@@ -50,9 +58,9 @@ pub enum ExperimentCommand {
 /// Options of all experiments.
 #[derive(Debug, Args)]
 #[command(after_long_help = "Examples:\n  \
-                       visloc experiment symmetry --out out/symmetry        run again to go on after an interruption\n  \
-                       visloc experiment symmetry --out part2 --shard 2/8   one of eight jobs of a cluster\n  \
-                       visloc experiment merge part1 part2 part3 part4 part5 part6 part7 part8 --out out/symmetry")]
+                       visloc experiment NAME --out out/run             run again to go on after an interruption\n  \
+                       visloc experiment NAME --out part2 --shard 2/8   one of eight jobs of a cluster\n  \
+                       visloc experiment merge part1 part2 part3 part4 part5 part6 part7 part8 --out out/run")]
 pub struct RunsArgs {
     /// Keep every run's result, tables and pictures in this folder; runs that are there are not done again
     #[arg(long, value_name = "DIR")]
@@ -105,18 +113,10 @@ pub struct MarkovArgs {
 
 /// Arguments of `visloc experiment robocup`.
 #[derive(Debug, Args)]
-#[command(
-    long_about = "Lets the algorithms look for a simulated robot, many times, and compares them with the published figures.\n\n\
-                  Sets: tours (a walk over the field), no-odometry (the same without odometry), crowd (other robots, boards, \
-                  uneven light), kidnaps (the feet notice), unfelt (only the camera can notice), white (kidnaps on a field with \
-                  white goals, where every place has a mirror image; each algorithm plays twice, once it is told the half).\n\n\
-                  A full run of everything takes hours of one core. With --out it can be stopped and goes on where it \
-                  stopped.",
-    after_long_help = "Examples:\n  \
+#[command(after_long_help = "Examples:\n  \
                        visloc experiment robocup --quick                                a first look\n  \
                        visloc experiment robocup --set kidnaps --algorithm evolutionary\n  \
-                       visloc experiment robocup --out out/robocup                      run again to go on after an interruption"
-)]
+                       visloc experiment robocup --out out/robocup                      run again to go on after an interruption")]
 pub struct RobocupArgs {
     /// Kind of runs; may be given several times [default: all]
     #[arg(long = "set", value_name = "NAME")]

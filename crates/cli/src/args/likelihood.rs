@@ -60,13 +60,13 @@ pub struct LikelihoodArgs {
     #[arg(long, value_name = "DIR", default_value = "out/likelihood")]
     pub out: OutputFolder,
     #[command(flatten)]
-    pub options: SourceArgs,
-    #[command(flatten)]
-    pub topics: TopicArgs,
-    #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: TopicArgs,
 }
 
 /// A heading as it is typed.

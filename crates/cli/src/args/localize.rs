@@ -71,12 +71,6 @@ pub struct LocalizeArgs {
     /// run has shown
     #[arg(long, value_name = "FILE")]
     pub robot_out: Option<OutputFile>,
-    #[command(flatten)]
-    pub topics: TopicArgs,
-    #[command(flatten)]
-    pub range: RangeArgs,
-    #[command(flatten)]
-    pub options: SourceArgs,
     /// Options and parameters as ROS 2 programs take them, YAML (docs/ros2.md#parameters); what is typed wins
     #[arg(long, value_name = "FILE")]
     pub params_file: Option<InputPath>,
@@ -114,8 +108,6 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
-    pub broadcast: BroadcastArgs,
-    #[command(flatten)]
     pub overwrite: OverwriteArg,
     #[command(flatten)]
     pub seed: SeedArg,
@@ -123,6 +115,14 @@ pub struct LocalizeArgs {
     pub json: JsonArg,
     #[command(flatten)]
     pub threads: ThreadsArg,
+    #[command(flatten)]
+    pub topics: TopicArgs,
+    #[command(flatten)]
+    pub range: RangeArgs,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
 }
 
 /// What poses are computed from.

@@ -85,10 +85,6 @@ pub struct SlamArgs {
     /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1, or a whole fraction where a side would be longer than 1600 px]
     #[arg(long, value_name = "FACTOR", value_parser = number)]
     pub scale: Option<f64>,
-    #[command(flatten)]
-    pub options: SourceArgs,
-    #[command(flatten)]
-    pub topics: TopicArgs,
     /// Options and parameters as ROS 2 programs take them, YAML (docs/ros2.md#parameters); what is typed wins
     #[arg(long, value_name = "FILE")]
     pub params_file: Option<InputPath>,
@@ -129,11 +125,15 @@ pub struct SlamArgs {
     #[arg(long, value_name = "DIR")]
     pub plots: Option<OutputFolder>,
     #[command(flatten)]
-    pub broadcast: BroadcastArgs,
-    #[command(flatten)]
     pub overwrite: OverwriteArg,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: TopicArgs,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
 }

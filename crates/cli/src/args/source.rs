@@ -156,15 +156,15 @@ pub struct RecordArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
+    pub seed: super::SeedArg,
+    #[command(flatten)]
+    pub threads: super::ThreadsArg,
+    #[command(flatten)]
     pub range: RangeArgs,
     #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]
     pub topics: super::TopicArgs,
-    #[command(flatten)]
-    pub seed: super::SeedArg,
-    #[command(flatten)]
-    pub threads: super::ThreadsArg,
 }
 
 /// Arguments of `visloc extract`.
@@ -195,15 +195,15 @@ pub struct ExtractArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
+    pub seed: super::SeedArg,
+    #[command(flatten)]
+    pub threads: super::ThreadsArg,
+    #[command(flatten)]
     pub range: RangeArgs,
     #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]
     pub topics: super::TopicArgs,
-    #[command(flatten)]
-    pub seed: super::SeedArg,
-    #[command(flatten)]
-    pub threads: super::ThreadsArg,
 }
 
 /// How extracted images are stored.

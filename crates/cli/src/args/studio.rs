@@ -71,11 +71,11 @@ pub struct StudioArgs {
     #[arg(long)]
     pub no_open: bool,
     #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]
     pub topics: TopicArgs,
-    #[command(flatten)]
-    pub seed: SeedArg,
 }
 
 /// The address of another computer with a port.

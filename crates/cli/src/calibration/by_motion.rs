@@ -107,7 +107,8 @@ pub fn open_images_or_find_camera(source: &str, options: &SourceOptions) -> Resu
     };
     print(&found, num_images);
     say::note!(
-        "visloc calibrate {source} --out camera.toml keeps this camera, and --camera camera.toml spares the time"
+        "visloc calibrate {} --out camera.toml keeps this camera, and --camera camera.toml spares the time",
+        say::typed(source)
     );
     let mut options = options.clone();
     options.usual.camera = Some(found.camera);

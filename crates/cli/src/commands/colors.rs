@@ -52,7 +52,8 @@ pub fn execute(args: &ColorsArgs) -> Result<()> {
         .with_context(|| args.labels.display().to_string())?;
     let file = PipelineFile { analysis: AnalysisSection { colors } };
     write_text(&args.out, &toml::to_string(&file).context("color classes")?)?;
-    say::line!("{}: use it with visloc localize --pipeline {0}", args.out.display());
+    let out = args.out.display().to_string();
+    say::line!("{out}: use it with visloc localize --pipeline {}", say::typed(&out));
     Ok(())
 }
 

@@ -61,7 +61,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
         say::line!("{}: the truth", report.truth);
     }
     if saving.is_complete() {
-        say::line!("next: visloc localize {} --map {map}", report.bag);
+        say::line!("next: visloc localize {} --map {}", say::typed(&report.bag), say::typed(&map));
     }
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.end()

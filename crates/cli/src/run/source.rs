@@ -4,8 +4,10 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{Source, SourceFrame, geom::Mount};
-use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
-use visloc_sim::{Scenario, Simulation};
+use visloc_io::sources::{
+    SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames, simulated_scenario,
+};
+use visloc_sim::Simulation;
 use visloc_world::Map;
 
 use crate::{
@@ -110,6 +112,8 @@ pub fn simulation(
     num_threads: usize,
     max_frames: Option<u32>,
 ) -> Result<Simulation> {
-    let simulation = Simulation::new(&Scenario::load(scenario)?, seed)?.with_threads(num_threads);
+    let address = format!("sim:{scenario}");
+    let scenario = simulated_scenario(&SourceAddress::parse(&address)?)?;
+    let simulation = Simulation::new(&scenario, seed)?.with_threads(num_threads);
     Ok(simulation.with_num_frames(max_frames.map_or(usize::MAX, |frames| frames as usize)))
 }

@@ -47,7 +47,7 @@ const READERS_OWN: [&str; 33] = [
 ];
 
 /// Commands that are not run, and why.
-const NOT_RUN: [(&str, &str); 16] = [
+const NOT_RUN: [(&str, &str); 17] = [
     ("visloc benchmark", "minutes; tested with fewer runs"),
     ("ros2:", "waits for a robot"),
     ("v4l2:", "waits for a camera"),
@@ -55,6 +55,7 @@ const NOT_RUN: [(&str, &str); 16] = [
     ("part$K", "a long run on many machines"),
     ("experiment symmetry", "minutes; tested with fewer runs"),
     ("experiment office", "minutes; tested with fewer runs"),
+    ("experiment robocup", "minutes; tested with fewer runs"),
     ("experiment slam-kidnap", "minutes; tested with fewer runs"),
     ("cargo run", "tests do not build"),
     ("ros2 ", "another program"),

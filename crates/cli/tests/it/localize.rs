@@ -121,6 +121,9 @@ fn a_simulated_bag_has_a_place_of_its_own() {
     let workspace = Workspace::new();
     workspace.must(&["simulate", "sim:still", "--frames", "3"]);
     assert!(workspace.path("out/still.mcap").exists());
+    // Another name of the tour; the next command can be typed as it is printed.
+    let said = workspace.must(&["simulate", "robocup", "--frames", "3", "--out", "my run/tour.mcap"]).stdout;
+    assert!(said.contains("next: visloc localize 'my run/tour.mcap' --map robocup-spl-2010"), "{said}");
 }
 
 #[test]

@@ -112,13 +112,15 @@ fn what_is_meant_otherwise_is_answered_with_what_to_do() {
         "# t_s tx ty tz qx qy qz qw, camera to world, map units\n1 0 0 0 0.5 -0.5 0.5 -0.5\n",
     );
     let board = ["--size", "9x6", "--square", "0.03"];
-    let cases: [(&[&str], &str); 20] = [
+    let cases: [(&[&str], &str); 22] = [
         (&["slam", "loop:"], "loop:: expected loop:DIR|FILE.mp4"),
         (
             &["slam", "loop:sim:tour"],
             "expected a folder of images or a video file to repeat, found nothing of that name",
         ),
         (&["demo", "slam", "--scenario", "tour"], "error: tour: expected a tour of a camera: room, hall"),
+        (&["experiment", "office", "gone.mcap"], "with map.yaml beside it, found no gone.mcap"),
+        (&["simulate", "office+sun"], "factors: expected in a building some of corners, exposure, mount"),
         (&["map", "check", "room.vmap"], "found one of SLAM"),
         (&["localize", &bag, "--map", "robocup"], "did you mean 'robocup-spl-2010'?"),
         (&["check-camera", "camera.xml"], "found XML"),

@@ -25,6 +25,14 @@ fn is_recording(name: &str) -> bool {
 pub(super) fn building(name: &str) -> Result<Office, ExperimentError> {
     let map = if is_recording(name) {
         let file = Path::new(name).with_file_name(MAP_FILE);
+        for needed in [Path::new(name), &file] {
+            if !needed.is_file() {
+                return Err(refused(
+                    name,
+                    &format!("expected a recording with {MAP_FILE} beside it, found no {}", needed.display()),
+                ));
+            }
+        }
         Map::load(&file.display().to_string()).map_err(|error| refused(name, &error))?
     } else {
         let scenario = Scenario::load(name).map_err(|error| refused(name, &error))?;

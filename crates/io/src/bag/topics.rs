@@ -91,7 +91,7 @@ visloc_core::with_defaults! {
         pub ground_truth: String = "/ground_truth/pose".into(),
         /// Frame of the robot on the ground: x forward, y left, z up.
         pub base_frame: String = "base_footprint".into(),
-        /// Optical frame of the camera. `None`: the frame that the pictures name in their header.
+        /// Optical frame of the camera. By default the one that the pictures name in their header.
         pub camera_frame: Option<String> = None,
     }
 }

@@ -223,10 +223,15 @@ fn choose(
     if let Some(error) = contents.calibration_error.take() {
         return Err(error);
     }
-    let file = contents.calibration_file.clone();
+    // Some layouts have one camera for all copies, in no file.
+    let has_file = !contents.calibration_file.as_os_str().is_empty();
+    let file = if has_file { contents.calibration_file.clone() } else { folder.to_path_buf() };
     let own = contents.calibration.take().or_else(|| options.camera.as_ref().map(Calibration::of));
-    let looked_for =
-        || file.file_name().map_or("camera.yaml".into(), |name| name.to_string_lossy().into_owned());
+    let looked_for = || {
+        file.file_name()
+            .filter(|_| has_file)
+            .map_or("camera.yaml".into(), |name| name.to_string_lossy().into_owned())
+    };
     let calibration =
         own.ok_or_else(|| FileError::NoCamera { path: folder.to_path_buf(), looked_for: looked_for() })?;
     Ok((calibration, file))

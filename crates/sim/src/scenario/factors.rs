@@ -40,6 +40,11 @@ impl Factor {
         ("mount", Self::Mount),
     ];
 
+    /// Whether it is about the carpet of a field or what stands around it.
+    pub(super) fn needs_field(self) -> bool {
+        matches!(self, Self::Turf | Self::Sun | Self::Walls | Self::Things)
+    }
+
     /// The factors of a list like `sun+turf`; `real` stands for all. The first name that is none of them is the error.
     pub(super) fn of_list(list: &str) -> Result<Vec<Self>, String> {
         let mut factors = Vec::new();

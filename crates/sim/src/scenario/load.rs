@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 use thiserror::Error;
 use visloc_core::{Timestamp, files};
-use visloc_world::{BUILT_IN_MAPS, MapError};
+use visloc_world::{BUILT_IN_MAPS, Map, MapError};
 
 use super::{
     Ball, BoxPiece, CameraSetup, Factor, FurniturePiece, FurtherCamera, LightSetup, Motion, OtherRobot,
@@ -190,7 +190,27 @@ impl Scenario {
                 .factors
                 .extend(added.map_err(|found| ScenarioError::Factor { name: name.to_owned(), found })?);
         }
+        scenario.check_factors()?;
         Ok(scenario)
+    }
+
+    /// Refuses factors that change nothing, or not what they are for, in a building.
+    fn check_factors(&self) -> Result<(), ScenarioError> {
+        let name_of =
+            |factor: &Factor| Factor::ALL.iter().find(|known| known.1 == *factor && factor.needs_field());
+        let Some((found, _)) = self.factors.iter().find_map(name_of) else { return Ok(()) };
+        // A map that cannot be loaded is told when the world is built.
+        if !matches!(Map::load(&self.map), Ok(Map::Office(_))) {
+            return Ok(());
+        }
+        let known = Factor::ALL.iter().filter(|known| !known.1.needs_field()).map(|known| known.0);
+        Err(ScenarioError::Value {
+            name: self.name.clone(),
+            line: None,
+            key: "factors".into(),
+            expected: format!("in a building some of {}", known.collect::<Vec<_>>().join(", ")),
+            found: (*found).to_owned(),
+        })
     }
 
     fn load_plain(name_or_path: &str) -> Result<Self, ScenarioError> {

@@ -141,4 +141,8 @@ fn factors_change_what_is_seen_or_told_and_follow_the_seed() {
     assert_eq!(Scenario::load("tour+real").unwrap().factors.len(), Factor::ALL.len());
     let unknown = Scenario::load("tour+sun+moon").unwrap_err().to_string();
     assert!(unknown.contains("moon") && unknown.contains("mount"), "{unknown}");
+    // In a building there is no carpet for the sun to shine on.
+    let refused = Scenario::load("office+mount+sun").unwrap_err().to_string();
+    assert!(refused.ends_with("in a building some of corners, exposure, mount, found sun"), "{refused}");
+    assert!(Scenario::load("office+mount+exposure").is_ok() && Scenario::load("office+real").is_err());
 }
