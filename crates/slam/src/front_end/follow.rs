@@ -28,7 +28,7 @@ impl FrontEnd {
         timer: &mut StageTimer,
     ) -> Option<Job> {
         let report = self.tracker.track(&self.map, incoming, &mut FrameWork { rng: &mut self.rng, timer });
-        if let Some(report) = report.as_ref().filter(|report| self.has_gone_on_in_vain(report)) {
+        if let Some(report) = report.as_ref().filter(|report| self.judge_supposed(report)) {
             outcome.matches = (report.num_searched, report.num_matched);
             outcome.state = TrackingState::Lost;
             self.remember(incoming, None);

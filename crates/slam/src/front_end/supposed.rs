@@ -72,8 +72,9 @@ impl FrontEnd {
         self.backfill.forget_recent();
     }
 
-    /// Whether a camera has gone on from where it is only supposed to be and still misses more of that place than it sees.
-    pub(super) fn has_gone_on_in_vain(&mut self, report: &TrackReport) -> bool {
+    /// Judges by another frame the place where the camera is only supposed to be: from now on it may be sure. Says whether it is to be given up,
+    /// since the camera has gone on and still misses more of it than it sees.
+    pub(super) fn judge_supposed(&mut self, report: &TrackReport) -> bool {
         if self.supposed.is_some() && report.quality == Quality::Good && report.is_mostly_found() {
             self.be_sure();
         }
