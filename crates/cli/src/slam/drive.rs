@@ -224,7 +224,7 @@ pub fn run(
     let map = slam.map().with_active(maps.first().map_or(slam.map().active(), |way| way.map));
     let skipped: Vec<SkippedInput> = source.status().skipped.iter().cloned().chain(refused).collect();
     num_dropped += source.status().num_dropped;
-    let num_came = history.records.num_seen() + skipped.len() + num_dropped;
+    let num_came = history.records.num_seen() + num_images_of(&skipped) + num_dropped;
     // Of a run that was ended by hand only the images that came; those that were left out before the first one count, too.
     let num_items = source.status().num_items.filter(|_| !host().was_interrupted());
     let num_images = num_items.unwrap_or(num_came).max(num_came);
@@ -242,6 +242,11 @@ pub fn run(
         skipped,
         error,
     })
+}
+
+/// How much of what was left out is images: what has no time is a line of a list that names none.
+fn num_images_of(skipped: &[SkippedInput]) -> usize {
+    skipped.iter().filter(|image| image.at.is_some()).count()
 }
 
 /// A system that is as the options say.

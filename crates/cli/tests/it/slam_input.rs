@@ -65,6 +65,12 @@ fn bad_images_are_left_out_and_the_rest_is_tracked() {
     }
     let report = workspace.json("r.json");
     assert_eq!(report["skipped"], 5);
+    // Lines that name no image are none.
+    assert_eq!(report["frames"], clip_lines().len() - 2);
+    let lines = std::iter::once(("no time".to_owned(), "x.png".to_owned())).chain(lines).collect::<Vec<_>>();
+    sequence(&workspace, "broken", &lines, CAMERA);
+    let outcome = workspace.must(&["slam", "broken", "--frames", "20"]);
+    assert!(outcome.stdout.contains("broken: 20 frames\n"), "{}", outcome.stdout);
     assert!(report["coverage"].as_f64().unwrap() > 0.7, "{report}");
     assert!(report["ate_m"]["rmse"].as_f64().unwrap() < 0.02, "{report}");
     // What is written can be evaluated.
