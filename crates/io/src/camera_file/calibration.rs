@@ -277,6 +277,11 @@ impl<'a> Keys<'a> {
                 let reason = format!("expected {expected} distortion coefficients, found {}", k.len());
                 Err(FileError::line(self.path, line)(reason))
             }
+            [_, _, third] if third != 0.0 => {
+                let reason = "expected 4 or 5 distortion coefficients (k1, k2, p1, p2, k3), found 3, whose third may be p1 or k3: write all \
+                              five";
+                Err(FileError::line(self.path, line)(reason.to_owned()))
+            }
             _ => {
                 let mut padded = [0.0; 5];
                 padded[..k.len()].copy_from_slice(&k);
@@ -554,6 +559,7 @@ mod tests {
             ("fx: 500", "fx: wide", "line 3: expected a number for fx, found 'wide'"),
             ("width: 640", "width: 640.5", "line 1: expected width and height in whole pixels"),
             ("0.002]", "0.002, 0, 0]", "line 7: expected at most 5 distortion coefficients, found 6"),
+            (", 0.002]", "]", "found 3, whose third may be p1 or k3"),
             ("fps: 20", "distortion_model: thin-prism", "line 8: expected distortion_model"),
         ] {
             let error = read(&OURS.replace(from, to)).unwrap_err();
