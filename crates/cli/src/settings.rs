@@ -9,7 +9,9 @@ use visloc_core::{
     settings::{Idle, Overrides, Settings, SettingsError, idle, idle_at, lay, overlay, parameters},
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
-use visloc_locate::{FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
+use visloc_locate::{
+    Algorithm, FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior,
+};
 use visloc_slam::SlamConfig;
 use visloc_world::Map;
 
@@ -112,6 +114,48 @@ impl SlamJob {
 pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineConfig> {
     let options = set.iter().filter_map(|option| option.trim_start().strip_prefix(OF_PIPELINE));
     Layers::new(PipelineConfig::default(), path)?.with(options, OF_PIPELINE, |_| None)
+}
+
+/// What to say of parameters that were refused if they are those of the pipeline, given for the algorithm, or the other way round.
+pub fn swapped(
+    algorithm: &str,
+    (config, pipeline): (Option<&Path>, Option<&Path>),
+    set: &[String],
+) -> Option<anyhow::Error> {
+    let known = Algorithm::named(algorithm).ok()?;
+    let is_of_algorithm = |text: &str| known.with_toml(text).is_ok();
+    let is_of_pipeline = |text: &str| lay(&PipelineConfig::default(), text).is_ok();
+    let only_algorithm = |text: &str| is_of_algorithm(text) && !is_of_pipeline(text);
+    let only_pipeline = |text: &str| is_of_pipeline(text) && !is_of_algorithm(text);
+    let of_algorithm = format!("of {algorithm}");
+    let (of_pipeline, of_algorithm) = ("of the pipeline", of_algorithm.as_str());
+    let option = set.iter().find_map(|option| {
+        let (key, value) = setting(option).ok()?;
+        let text = |key: &str| format!("{key} = {value}");
+        let (expected, found, right) = match key.strip_prefix(OF_PIPELINE) {
+            Some(key) if only_algorithm(&text(key)) => (of_pipeline, of_algorithm, key.to_owned()),
+            None if only_pipeline(&text(&key)) => (of_algorithm, of_pipeline, format!("{OF_PIPELINE}{key}")),
+            _ => return None,
+        };
+        Some(anyhow!(
+            "--set {option}: expected a parameter {expected}, found one {found}: --set {right}={value}"
+        ))
+    });
+    // What is no file can be read once only.
+    let text = |path: Option<&Path>| path.filter(|path| path.is_file()).and_then(|path| read_text(path).ok());
+    let in_file = |path: Option<&Path>, expected, found, right| {
+        let name = path.unwrap_or_else(|| Path::new("")).display();
+        anyhow!("{name}: expected parameters {expected}, found those {found}: give it with {right}")
+    };
+    let in_config = || {
+        let is_swapped = only_pipeline(&text(config)?);
+        is_swapped.then(|| in_file(config, of_algorithm, of_pipeline, "--pipeline"))
+    };
+    let in_pipeline = || {
+        let is_swapped = only_algorithm(&text(pipeline)?);
+        is_swapped.then(|| in_file(pipeline, of_pipeline, of_algorithm, "--config"))
+    };
+    option.or_else(in_config).or_else(in_pipeline)
 }
 
 /// Parameters of the analysis of a field that count for features.

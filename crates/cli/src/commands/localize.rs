@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use visloc_core::{Mapped, Source, SourceFrame};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
-use visloc_locate::{CameraMisalignment, ConfigError, robot_calibration::RobotCorrection};
+use visloc_locate::{CameraMisalignment, ConfigError, PipelineConfig, robot_calibration::RobotCorrection};
 use visloc_slam::ground::GroundOdometer;
 use visloc_world::Map;
 
@@ -24,7 +24,8 @@ use crate::{
     },
     say,
     settings::{
-        OF_PIPELINE, algorithm_toml, pipeline_config, refuse_without_effect, start_prior, topic_options,
+        OF_PIPELINE, algorithm_toml, pipeline_config, refuse_without_effect, start_prior, swapped,
+        topic_options,
     },
     stopwatch::{peak_memory_mb, process_cpu_secs},
     studio::{Steering, open_show},
@@ -35,11 +36,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if in_map::is_wanted(args) {
         return in_map::execute(args, honored_by_outputs(args));
     }
-    let mut pipeline = pipeline_config(args.pipeline.as_deref(), &args.set)?;
-    if let Some(features) = args.features {
-        pipeline.features = features;
-    }
-    pipeline.analysis.detect_objects |= args.team.is_some();
+    let pipeline = pipeline_of(args).map_err(|error| swapped_in(args).unwrap_or(error))?;
     let algorithm_toml = algorithm_toml(args.config.as_deref(), &args.set)?;
     let mut options = SourceOptions {
         seed: args.seed.given,
@@ -164,6 +161,16 @@ fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
     }
 }
 
+/// The parameters of everything but the algorithm.
+fn pipeline_of(args: &LocalizeArgs) -> Result<PipelineConfig> {
+    let mut pipeline = pipeline_config(args.pipeline.as_deref(), &args.set)?;
+    if let Some(features) = args.features {
+        pipeline.features = features;
+    }
+    pipeline.analysis.detect_objects |= args.team.is_some();
+    Ok(pipeline)
+}
+
 /// An algorithm with its parameters. Beside single options the lines of a file are not those of its text any more.
 fn runner_of(args: &LocalizeArgs, map: &Map, settings: &RunnerSettings<'_>) -> Result<Runner> {
     let is_text = args.set.iter().all(|option| option.trim_start().starts_with(OF_PIPELINE));
@@ -172,7 +179,12 @@ fn runner_of(args: &LocalizeArgs, map: &Map, settings: &RunnerSettings<'_>) -> R
         Ok(error) => error.into(),
         Err(error) => error,
     });
-    runner.with_context(|| config_place(args))
+    runner.map_err(|error| swapped_in(args).unwrap_or_else(|| error.context(config_place(args))))
+}
+
+/// Whether parameters of the algorithm and of the pipeline were given for each other.
+fn swapped_in(args: &LocalizeArgs) -> Option<anyhow::Error> {
+    swapped(&args.algorithm, (args.config.as_deref(), args.pipeline.as_deref()), &args.set)
 }
 
 /// Where a wrong parameter stands.

@@ -83,6 +83,27 @@ fn unknown_keys_have_a_nearest_one_and_colors_can_be_named_in_part() {
     workspace.write("c.toml", "[analysis.colors.green]\nfrom_degrees = 80\n");
     let error = workspace.refused(&[&base[..], &["--pipeline", "c.toml"]].concat());
     assert!(error.contains("in [analysis.colors.green], did you mean `from_deg`?"), "{error}");
+    for (words, wanted) in [
+        (
+            ["--set", "analysis.column_step_px=6"],
+            "found one of the pipeline: --set pipeline.analysis.column_step_px=6",
+        ),
+        (["--set", "pipeline.num_exploiters=9"], "found one of evolutionary: --set num_exploiters=9"),
+        (["--set", "period=9"], "did you mean `explorers.period`?"),
+        (
+            ["--config", "c.toml"],
+            "c.toml: expected parameters of evolutionary, found those of the pipeline: give it with --pipeline",
+        ),
+        (
+            ["--pipeline", "e.toml"],
+            "e.toml: expected parameters of the pipeline, found those of evolutionary: give it with --config",
+        ),
+    ] {
+        workspace.write("c.toml", "[analysis]\ncolumn_step_px = 6\n");
+        workspace.write("e.toml", "num_exploiters = 9\n");
+        let error = workspace.refused(&[&base[..], &words].concat());
+        assert!(error.contains(wanted) && error.len() < 200, "{error}");
+    }
 }
 
 #[test]

@@ -5,11 +5,11 @@ use toml::de::{DeTable, DeValue};
 
 use crate::settings::{SettingsError, schema::Node};
 
-/// Refuses the first key that is unknown or whose number is out of range.
+/// Refuses the first key that is unknown or whose number is out of range. `known` are the keys below a path in `all`.
 pub(crate) fn check(
     text: &str,
     table: &DeTable<'_>,
-    known: Node<'_>,
+    (known, all): (Node<'_>, Node<'_>),
     path: &str,
 ) -> Result<(), SettingsError> {
     for (key, value) in table {
@@ -17,7 +17,7 @@ pub(crate) fn check(
         let Some(inner) = known.get(name) else {
             let reason = match known.no_key(name) {
                 Some(reason) => format!("`{}` cannot be set: {reason}", joined(path, name)),
-                None => unknown(name, path, &known.keys().collect::<Vec<_>>()),
+                None => unknown(name, path, (known, all)),
             };
             return Err(SettingsError::at(text, Some(key.span()), reason));
         };
@@ -29,7 +29,7 @@ pub(crate) fn check(
         if let DeValue::Table(below) = value.get_ref()
             && inner.keys().next().is_some()
         {
-            check(text, below, inner, &joined(path, name))?;
+            check(text, below, (inner, all), &joined(path, name))?;
         }
     }
     Ok(())
@@ -71,13 +71,27 @@ pub(crate) fn check_values(
     Ok(())
 }
 
-fn unknown(name: &str, path: &str, known: &[&str]) -> String {
+fn unknown(name: &str, path: &str, (known, all): (Node<'_>, Node<'_>)) -> String {
     let place = if path.is_empty() { String::new() } else { format!(" in [{path}]") };
-    let help = match nearest_key(name, known) {
-        Some(nearest) => format!("did you mean `{nearest}`?"),
-        None => format!("known: {}", known.join(", ")),
+    let known: Vec<&str> = known.keys().collect();
+    let same_end = paths_to(name, all, "");
+    let help = match (&same_end[..], nearest_key(name, &known)) {
+        ([], Some(nearest)) => format!("did you mean `{nearest}`?"),
+        ([], None) => format!("known: {}", known.join(", ")),
+        _ => format!("did you mean `{}`?", same_end.join("` or `")),
     };
     format!("unknown key `{name}`{place}, {help}")
+}
+
+/// Where keys of a name are, below a path.
+fn paths_to(name: &str, below: Node<'_>, path: &str) -> Vec<String> {
+    let deeper = below.keys().filter_map(|key| Some((key, below.get(key)?)));
+    let deeper = deeper.flat_map(|(key, inner)| {
+        let path = joined(path, key);
+        let within = paths_to(name, inner, &path);
+        (key == name).then_some(path).into_iter().chain(within)
+    });
+    deeper.collect()
 }
 
 /// The known key that needs the fewest changes, if these are few for its length.

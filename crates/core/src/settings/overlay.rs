@@ -31,7 +31,8 @@ pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError
 pub fn lay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
     let refused = |error: &toml::de::Error| SettingsError::at(text, error.span(), error.message());
     let given = DeTable::parse(text).map_err(|error| refused(&error))?;
-    keys::check(text, given.get_ref(), Schema::of::<T>().root(), "")?;
+    let schema = Schema::of::<T>();
+    keys::check(text, given.get_ref(), (schema.root(), schema.root()), "")?;
     let default_text =
         toml::to_string(defaults).map_err(|error| SettingsError::at("", None, error.to_string()))?;
     let mut merged = DeTable::parse(&default_text).map_err(|error| refused(&error))?;

@@ -75,6 +75,7 @@ fn mistakes_have_a_line_and_the_nearest_key() {
         error("[green]\n\nto_degrees = 3"),
         "line 3: unknown key `to_degrees` in [green], did you mean `to_deg`?"
     );
+    assert_eq!(error("to_deg = 3"), "line 1: unknown key `to_deg`, did you mean `green.to_deg`?");
     assert!(error("zzz = 1").contains("known: ") && error("zzz = 1").contains("camera_frame"));
     assert!(error("\n\niterations = \"many\"").starts_with("line 3: "));
     assert!(error("\n[green]\nfrom_deg = true").starts_with("line 3: "));
