@@ -1,6 +1,6 @@
 //! What is wrong with a file.
 
-use std::{fmt, io};
+use std::{fmt, io, path::PathBuf};
 
 use thiserror::Error;
 use visloc_slam::map::RestoreError;
@@ -37,6 +37,14 @@ pub enum VmapError {
     /// The numbers contradict each other.
     #[error("the map does not hold together: {0}")]
     Restore(#[from] RestoreError),
+    /// Any of these, of a file with a name.
+    #[error("{}: {fault}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: Box<Self>,
+    },
 }
 
 /// A section that is damaged, and what that costs.

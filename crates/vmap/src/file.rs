@@ -10,12 +10,19 @@ use crate::{MAX_FILE_BYTES, OpenedMap, VisualMap, VmapError};
 /// Reads a map.
 ///
 /// # Errors
-/// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long, or has no keyframes.
+/// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long, or has no keyframes; with the name of the file.
 pub fn load(path: &Path) -> Result<OpenedMap, VmapError> {
-    let file = files::open(path)?;
-    files::check_length(&file, MAX_FILE_BYTES)?;
-    let opened = VisualMap::read(file)?;
-    has_keyframes(&opened.map).then_some(opened).ok_or(VmapError::Empty)
+    let load = || {
+        let file = files::open(path)?;
+        files::check_length(&file, MAX_FILE_BYTES)?;
+        let opened = VisualMap::read(file)?;
+        has_keyframes(&opened.map).then_some(opened).ok_or(VmapError::Empty)
+    };
+    load().map_err(of_file(path))
+}
+
+fn of_file(path: &Path) -> impl Fn(VmapError) -> VmapError {
+    |fault| VmapError::File { path: path.to_path_buf(), fault: Box::new(fault) }
 }
 
 fn has_keyframes(map: &VisualMap) -> bool {
@@ -26,12 +33,15 @@ fn has_keyframes(map: &VisualMap) -> bool {
 /// `NAME~`.
 ///
 /// # Errors
-/// If it has no keyframes or cannot be written; the file that was there is untouched then.
+/// If it has no keyframes or cannot be written, with the name of the file; one that was there is untouched then.
 pub fn save(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<(), VmapError> {
-    if !has_keyframes(map) {
-        return Err(VmapError::Empty);
-    }
-    let mut file = NewFile::create(path)?;
-    map.write(own, &mut file)?;
-    Ok(file.finish()?)
+    let save = || {
+        if !has_keyframes(map) {
+            return Err(VmapError::Empty);
+        }
+        let mut file = NewFile::create(path)?;
+        map.write(own, &mut file)?;
+        Ok(file.finish()?)
+    };
+    save().map_err(of_file(path))
 }

@@ -267,6 +267,12 @@ fn a_file_gets_its_name_when_it_is_complete_and_the_one_before_is_kept() {
     assert!(load(&path).unwrap().map.sessions == [Session::default()]);
     let names = fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 2, "nothing else is left behind");
+    fs::write(&path, "ply").unwrap();
+    let missing = folder.path().join("none.vmap");
+    for path in [&path, &missing] {
+        let error = load(path).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("{}: ", path.display())), "{error}");
+    }
 }
 
 /// The clip as a camera would have taken it that exposes its rows one after the other, and where it was.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use visloc_slam::SlamConfig;
 use visloc_vmap::{VisualMap, save};
 
@@ -72,7 +72,7 @@ pub fn trim(path: &Path, keyframes: usize, out: &Path) -> Result<()> {
 }
 
 fn write(out: &Path, map: &VisualMap) -> Result<()> {
-    save(out, map, &nobody()).with_context(|| out.display().to_string())?;
+    save(out, map, &nobody())?;
     let (keyframes, landmarks) = (map.map.all_keyframes().count(), map.map.all_landmarks().count());
     let (keyframes, landmarks) = (say::count(keyframes, "keyframe"), say::count(landmarks, "landmark"));
     say::line!("map: {}, {keyframes}, {landmarks}", out.display());

@@ -50,7 +50,7 @@ struct SessionFindings {
 
 /// Says what a map has.
 pub fn info(path: &Path, plots: Option<&Path>, json: &JsonArg) -> Result<()> {
-    let opened = load(path).with_context(|| path.display().to_string())?;
+    let opened = load(path)?;
     let map = &opened.map;
     let findings = Findings {
         keyframes: map.map.all_keyframes().count(),
@@ -226,7 +226,7 @@ pub fn align(args: &MapAlignArgs) -> Result<()> {
             ground.relative_sigma * 100.0
         );
     }
-    save(&args.out, &map, &nobody()).with_context(|| args.out.display().to_string())?;
+    save(&args.out, &map, &nobody())?;
     say::line!("map: {}", args.out.display());
     Ok(())
 }

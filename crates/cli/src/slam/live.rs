@@ -129,8 +129,7 @@ impl Orders {
         if map.map.all_keyframes().next().is_none() {
             return Err("save_map: there is no map yet".into());
         }
-        save(&path, &map, &slam.session_camera())
-            .map_err(|error| format!("save_map: {}: {error}", path.display()))?;
+        save(&path, &map, &slam.session_camera()).map_err(|error| format!("save_map: {error}"))?;
         Ok(format!("map saved: {}", path.display()))
     }
 

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use visloc_slam::map::{MapId, SessionCamera};
 use visloc_vmap::{Damage, Session, VisualMap, load, save};
 
@@ -16,7 +16,7 @@ pub fn is_map_of_slam(name: &str) -> bool {
 
 /// Reads a map, and tells what is damaged.
 pub fn load_map(path: &Path) -> Result<VisualMap> {
-    let opened = load(path).with_context(|| path.display().to_string())?;
+    let opened = load(path)?;
     for damage in damages_in_words(&opened.damages) {
         say::note!("{}: {damage}", path.display());
     }
@@ -67,7 +67,7 @@ pub(super) fn session((source, seed): (&str, u64), num_images: usize) -> Session
 
 /// Writes a map, and says how large it is.
 pub(super) fn write(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<()> {
-    save(path, map, own).with_context(|| path.display().to_string())?;
+    save(path, map, own)?;
     let (num, num_bytes) = (map.map.all_keyframes().count(), fs::metadata(path).map_or(0, |file| file.len()));
     let each = num_bytes / num.max(1) as u64;
     say::line!("map: {}, {} of {:.1} kB", path.display(), say::count(num, "keyframe"), each as f64 / 1e3);
