@@ -312,7 +312,8 @@ pub fn try_folder(path: &Path) -> io::Result<()> {
             let message = format!("expected a folder, but {} is none", path.display());
             Err(io::Error::new(io::ErrorKind::NotADirectory, message))
         }
-        Ok(_) => tempfile::tempfile_in(path).map(drop).map_err(plain),
+        // A disk that is full takes names, but no content.
+        Ok(_) => tempfile::tempfile_in(path).and_then(|mut file| file.write_all(&[0])).map_err(plain),
         Err(error) if error.kind() == io::ErrorKind::NotFound && path != Path::new(".") => {
             try_folder(folder_of(path))
         }
