@@ -52,7 +52,7 @@ pub enum Hindrance {
 }
 
 /// What to do about lengths that make no sense.
-const WHICH_UNIT: &str =
+pub(crate) const WHICH_UNIT: &str =
     "is the unit right? Maps are in meters, and a drawing says how many meters its unit is (docs/own-map.md)";
 
 impl fmt::Display for Hindrance {

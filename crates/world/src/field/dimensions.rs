@@ -134,7 +134,12 @@ impl FieldDimensions {
                 circle_m,
             ),
             (mark_m < length_m / 2.0, "penalty_mark_from_goal_line_m", "less than half of length_m", mark_m),
-            (goal_m < width_m, "goals.inner_width_m", "goals narrower than the field", goals.inner_width_m),
+            (
+                goal_m < width_m,
+                "goals.inner_width_m",
+                "goals narrower than the field, posts included",
+                goal_m,
+            ),
         ];
         let boxes = self.boxes.iter().enumerate().flat_map(
             |(i, &BoxDimensions { depth_m: depth, width_m: width })| {

@@ -104,7 +104,8 @@ impl Format {
                 .any(|(left, _)| left == key || left.trim_end() == key)
         };
         match extension.map(str::to_ascii_lowercase).as_deref() {
-            _ if bytes.starts_with(b"AutoCAD Binary DXF") => Self::Dxf,
+            // A DWG is refused with what to do instead.
+            _ if bytes.starts_with(b"AutoCAD Binary DXF") || bytes.starts_with(b"AC10") => Self::Dxf,
             _ if bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"P5") || bytes.starts_with(b"P2") => {
                 Self::Picture
             }

@@ -147,6 +147,10 @@ fn dxf_errors_name_the_entity() {
     assert!(error(&dxf_plan("x")).contains("expected a number, found \"x\""));
     assert!(error(&dxf(&[(0, "EOF")])).contains("expected lines on layers"));
     assert!(error("AC1027 and so on").contains("found a DWG"));
+    let by_name = Map::from_bytes("p.dwg", b"AC1027 and so on", |_| unreachable!()).unwrap_err();
+    assert!(by_name.to_string().contains("found a DWG"), "{by_name}");
+    let open_street = Map::from_bytes("p.osm", b"<osm version='0.6'/>", |_| unreachable!()).unwrap_err();
+    assert!(open_street.to_string().contains("expected a plan as SVG, found <osm>"), "{open_street}");
     let elsewhere = dxf_plan("0").replace("A-WALL", "OUTER").replace("A-DOOR", "INNER");
     assert!(error(&elsewhere).ends_with("found lines on DIMENSIONS, INNER, OUTER"), "{}", error(&elsewhere));
     let whole = dxf_plan("0");

@@ -7,7 +7,7 @@ use super::{
     geometry::{ON_WALL_M, point},
     plan::OFFICE,
 };
-use crate::MapError;
+use crate::{MapError, hindrance::WHICH_UNIT};
 
 /// Shorter walls and doors are mistakes, meters.
 pub(crate) const MIN_LENGTH_M: f64 = 0.05;
@@ -80,11 +80,7 @@ impl Check<'_> {
             return Ok(());
         }
         let expected = "a building on at most 250000 square meters, in meters";
-        self.fail(
-            "corridors, walls",
-            expected,
-            format!("{:.0} x {:.0} m; is the unit right?", size.x, size.y),
-        )
+        self.fail("corridors, walls", expected, format!("{:.0} x {:.0} m; {WHICH_UNIT}", size.x, size.y))
     }
 
     fn sizes(&self, plan: &OfficePlan) -> Result<(), MapError> {

@@ -138,7 +138,7 @@ impl Lines {
             if is_far(point.x, point.y) {
                 let [x, y] = [point.x, point.y];
                 return Err(format!(
-                    "expected places at most 10000 m from the origin, found ({x}, {y}); is the unit right?"
+                    "expected places at most 10000 m from the origin, found ({x}, {y}); is the unit right? Else move the drawing there"
                 ));
             }
             self.points.push([point.x, point.y]);

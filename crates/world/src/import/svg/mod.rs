@@ -62,6 +62,11 @@ pub(crate) fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, Ma
     let document = Document::parse_with_options(text, options).map_err(|error| {
         syntax(Some(error.pos().row as usize), format!("expected a plan as SVG: {error}"))
     })?;
+    let root = document.root_element();
+    if root.tag_name().name() != "svg" {
+        let reason = format!("expected a plan as SVG, found <{}>", root.tag_name().name());
+        return Err(syntax(Some(1), reason));
+    }
     let mut reader = Reader::new(&document).map_err(|reason| syntax(None, reason))?;
     reader.note_scale();
     let root = Inherited { to_map: reader.page.to_map(), ..Inherited::default() };
@@ -138,7 +143,8 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
         }
         let unit_m = self.page.unit_m();
         let from = if unit_m == 1.0 { "" } else { ", by its size and its viewBox" };
-        let reason = format!("for {unit_m} m a unit{from}; data-meters-per-unit says another scale");
+        let rounded = unit_m as f32;
+        let reason = format!("for {rounded} m a unit{from}; data-meters-per-unit says another scale");
         self.drawing.notes.taken(&self.part(root), &reason);
     }
 
