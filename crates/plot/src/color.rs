@@ -30,8 +30,21 @@ impl Color {
     /// Sixth series.
     pub const SKY_BLUE: Self = Self::rgb(0x56, 0xb4, 0xe9);
 
-    const SERIES: [Self; 6] =
-        [Self::BLUE, Self::VERMILION, Self::PURPLE, Self::BLUISH_GREEN, Self::ORANGE, Self::SKY_BLUE];
+    /// The second six are the first, darker.
+    const SERIES: [Self; 12] = [
+        Self::BLUE,
+        Self::VERMILION,
+        Self::PURPLE,
+        Self::BLUISH_GREEN,
+        Self::ORANGE,
+        Self::SKY_BLUE,
+        Self::rgb(0x00, 0x3f, 0x62),
+        Self::rgb(0x75, 0x34, 0x00),
+        Self::rgb(0x61, 0x29, 0x4c),
+        Self::rgb(0x00, 0x57, 0x3f),
+        Self::rgb(0x7e, 0x57, 0x00),
+        Self::rgb(0x2f, 0x63, 0x80),
+    ];
 
     /// From its parts, 0 to 255 each.
     pub const fn rgb(red: u8, green: u8, blue: u8) -> Self {
@@ -43,7 +56,7 @@ impl Color {
         [self.red, self.green, self.blue]
     }
 
-    /// Color of the series with the given index. After six series the colors repeat.
+    /// Color of the series with the given index. After twelve series the colors repeat.
     ///
     /// Source: the palette of M. Okabe and K. Ito, "Color Universal Design" (2008). Deviations: the purple is darker,
     /// to stand out from a white background as a thin line; yellow is left out for the same reason.
@@ -120,9 +133,9 @@ mod tests {
 
     #[test]
     fn first_series_have_different_colors() {
-        for i in 0..6 {
+        for i in 0..12 {
             assert!((0..i).all(|j| Color::series(i) != Color::series(j)));
         }
-        assert_eq!(Color::series(6), Color::series(0));
+        assert_eq!(Color::series(12), Color::series(0));
     }
 }

@@ -18,7 +18,8 @@ const TRUTH: &str = "7 4";
 
 fn dashes(color: Color) -> Option<&'static str> {
     match color.series_index() {
-        Some(index) => DASHES[index],
+        // Darker ones have the mark of the lighter one, but another dash.
+        Some(index) => DASHES[(index + index / DASHES.len()) % DASHES.len()],
         None if color == Color::BLACK => Some(TRUTH),
         None => None,
     }
@@ -26,7 +27,7 @@ fn dashes(color: Color) -> Option<&'static str> {
 
 /// Corners of the mark of a series around the origin, as far away as 1; a circle has none.
 fn corners(index: usize) -> &'static [Point] {
-    match index {
+    match index % DASHES.len() {
         0 => &[],
         1 => &[(-0.85, -0.85), (0.85, -0.85), (0.85, 0.85), (-0.85, 0.85)],
         2 => &[(0.0, -1.15), (1.0, 0.75), (-1.0, 0.75)],
@@ -83,10 +84,15 @@ mod tests {
 
     #[test]
     fn every_series_has_a_dash_and_a_mark_of_its_own() {
-        for i in 0..DASHES.len() {
+        let differ = |i: usize, j: usize| {
+            [dashes(Color::series(i)) != dashes(Color::series(j)), corners(i) != corners(j)]
+        };
+        for i in 0..2 * DASHES.len() {
             for j in 0..i {
-                assert_ne!(dashes(Color::series(i)), dashes(Color::series(j)), "{i} and {j}");
-                assert_ne!(corners(i), corners(j), "{i} and {j}");
+                let is_same_shade = i / DASHES.len() == j / DASHES.len();
+                let [has_own_dash, has_own_mark] = differ(i, j);
+                assert!(has_own_dash || (has_own_mark && !is_same_shade), "{i} and {j}");
+                assert!(has_own_mark || !is_same_shade, "{i} and {j}");
             }
         }
         assert!(dashes(Color::BLACK).is_some(), "truth is dashed");
