@@ -68,6 +68,8 @@ pub struct CalibratedImages {
     images: Box<dyn Source<GrayFrame>>,
 }
 
+crate::debug_shows!([] CalibratedImages { camera });
+
 impl CalibratedImages {
     /// All images have the size of the camera.
     pub fn new(camera: Camera, images: Box<dyn Source<GrayFrame>>) -> Self {

@@ -3,6 +3,7 @@
 //! the comparison of an estimate with the truth ([`eval`]).
 
 mod clock;
+mod debug_shows;
 pub mod diagnosis;
 pub mod eval;
 pub mod files;

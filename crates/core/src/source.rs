@@ -74,6 +74,8 @@ pub struct Mapped<T, F> {
     change: F,
 }
 
+crate::debug_shows!([T, F] Mapped<T, F> {});
+
 impl<T, U, F: FnMut(T) -> Result<U, SourceError>> Mapped<T, F> {
     /// Over a source.
     pub fn new(inner: Box<dyn Source<T>>, change: F) -> Self {
@@ -96,6 +98,8 @@ pub struct PutBack<T> {
     first: Option<T>,
     inner: Box<dyn Source<T>>,
 }
+
+crate::debug_shows!([T: std::fmt::Debug] PutBack<T> { first });
 
 impl<T> PutBack<T> {
     /// Puts the item back that was taken from a source.

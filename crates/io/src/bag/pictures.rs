@@ -30,6 +30,8 @@ pub struct BagPictures {
     is_done: bool,
 }
 
+visloc_core::debug_shows!([] BagPictures { path, topics, num_used });
+
 impl BagPictures {
     /// Opens a recording.
     ///

@@ -1,7 +1,6 @@
 //! Reads a recording as a stream of frames.
 
 use std::{
-    fmt,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -45,16 +44,7 @@ enum End {
     Delivered,
 }
 
-impl fmt::Debug for BagReader {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (path, topics, num_frames) = (&self.path, &self.topics, self.num_frames);
-        f.debug_struct("BagReader")
-            .field("path", path)
-            .field("topics", topics)
-            .field("num_frames", &num_frames)
-            .finish_non_exhaustive()
-    }
-}
+visloc_core::debug_shows!([] BagReader { path, topics, num_frames });
 
 impl BagReader {
     /// Opens a recording and checks that the topics are there with types that can be read. Where the recording has none of a

@@ -25,6 +25,8 @@ pub struct BagMessages {
     num_attachments: usize,
 }
 
+visloc_core::debug_shows!([] BagMessages { files, num_attachments });
+
 impl BagMessages {
     /// Opens a recording.
     ///

@@ -1,7 +1,7 @@
 //! Writes frames as a recording.
 
 use std::{
-    fmt, io,
+    io,
     path::{Path, PathBuf},
 };
 
@@ -75,15 +75,7 @@ pub struct BagWriter {
     last_at: Option<Timestamp>,
 }
 
-impl fmt::Debug for BagWriter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("BagWriter")
-            .field("folder", &self.folder)
-            .field("topics", &self.topics)
-            .field("last_at", &self.last_at)
-            .finish_non_exhaustive()
-    }
-}
+visloc_core::debug_shows!([] BagWriter { folder, topics, last_at });
 
 impl BagWriter {
     /// Starts a recording. A path that ends in `.mcap` becomes that file, any other a folder with `metadata.yaml`.

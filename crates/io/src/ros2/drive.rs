@@ -47,6 +47,8 @@ pub struct DrivePublisher {
     node: Node,
 }
 
+visloc_core::debug_shows!([] DrivePublisher { joints, settings });
+
 impl DrivePublisher {
     /// Advertises the topics. Nothing is said before the first order.
     ///

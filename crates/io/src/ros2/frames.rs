@@ -49,6 +49,8 @@ pub struct LiveFrames {
     is_done: bool,
 }
 
+visloc_core::debug_shows!([] LiveFrames { topics, newest_image_at, num_stale, num_lost });
+
 /// When each of the topics that need not be there was heard last.
 #[derive(Debug, Default)]
 struct Heard {

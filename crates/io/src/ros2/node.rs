@@ -40,6 +40,8 @@ pub struct Network {
     context: Arc<Mutex<Option<Context>>>,
 }
 
+visloc_core::debug_shows!([] Network { domain_id });
+
 impl Network {
     /// A participant of a domain, which joins with its first node.
     #[must_use]
@@ -76,6 +78,8 @@ pub struct Node {
     context: Context,
     node: ros2_client::Node,
 }
+
+visloc_core::debug_shows!([] Node { network });
 
 /// How messages are sent and kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

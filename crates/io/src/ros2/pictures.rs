@@ -32,6 +32,8 @@ pub struct LivePictures {
     is_done: bool,
 }
 
+visloc_core::debug_shows!([] LivePictures { topics, camera, last_at, num_lost });
+
 impl LivePictures {
     /// Subscribes to images and calibration.
     ///

@@ -80,6 +80,8 @@ pub struct ResultPublisher {
     node: Node,
 }
 
+visloc_core::debug_shows!([] ResultPublisher { settings, is_active, num_failed });
+
 impl ResultPublisher {
     /// Advertises all topics and services.
     ///

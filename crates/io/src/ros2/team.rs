@@ -26,6 +26,8 @@ pub struct TeamLink<M: Serialize, S> {
     node: Node,
 }
 
+visloc_core::debug_shows!([M: Serialize, S] TeamLink<M, S> { name, member, num_failed, num_damaged });
+
 impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> TeamLink<M, S> {
     /// Joins the topics of a team, `/visloc/team/NAME/messages` and `/visloc/team/NAME/robot_N/sightings`, as a node of this name.
     ///

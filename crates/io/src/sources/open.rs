@@ -21,6 +21,8 @@ pub struct OpenFrames {
     pub warnings: Vec<String>,
 }
 
+visloc_core::debug_shows!([] OpenFrames { map, warnings });
+
 /// Gray images of a calibrated camera.
 pub struct OpenImages {
     /// The images.
@@ -31,6 +33,8 @@ pub struct OpenImages {
     pub warnings: Vec<String>,
 }
 
+visloc_core::debug_shows!([] OpenImages { warnings });
+
 /// Pictures of any camera.
 pub struct OpenPictures {
     /// The pictures.
@@ -40,6 +44,8 @@ pub struct OpenPictures {
     /// What the user should know.
     pub warnings: Vec<String>,
 }
+
+visloc_core::debug_shows!([] OpenPictures { calibration, warnings });
 
 /// What a kind of source is asked to open.
 pub(crate) struct Request<'a> {

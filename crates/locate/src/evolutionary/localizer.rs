@@ -34,6 +34,8 @@ pub struct Evolutionary {
     estimate: Estimate,
 }
 
+visloc_core::debug_shows!([] Evolutionary { config, estimate });
+
 impl Evolutionary {
     /// A localizer that does not know where it is.
     ///

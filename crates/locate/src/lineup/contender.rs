@@ -13,6 +13,7 @@ const MIN_SPREAD: (f64, f64) = (0.03, 0.03);
 const MAX_KEPT: usize = 6;
 
 /// An algorithm that looks for the robot.
+#[derive(Debug)]
 pub struct Contender {
     name: String,
     overrides: Overrides,

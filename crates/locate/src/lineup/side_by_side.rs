@@ -10,6 +10,7 @@ use crate::StartPrior;
 pub const MAX_ALGORITHMS: usize = 4;
 
 /// Algorithms that run side by side on the same frames.
+#[derive(Debug)]
 pub struct Lineup {
     settings: RunSettings,
     clock: Clock,

@@ -42,6 +42,8 @@ pub struct Markov {
     estimate: Estimate,
 }
 
+visloc_core::debug_shows!([] Markov { config, estimate });
+
 impl Markov {
     /// A localizer for a map with landmarks. Of the observation model it uses the region and the landmarks.
     ///

@@ -40,6 +40,8 @@ pub struct MonteCarlo {
     estimate: Estimate,
 }
 
+visloc_core::debug_shows!([] MonteCarlo { config, estimate });
+
 impl MonteCarlo {
     /// A filter that does not know where it is.
     ///

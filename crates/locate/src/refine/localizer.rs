@@ -87,6 +87,8 @@ pub struct Refined {
     estimate: Estimate,
 }
 
+visloc_core::debug_shows!([] Refined { config, winner });
+
 impl Refined {
     /// Refines what `search` finds; `features` are matched to the map, `pixels` weigh places.
     ///

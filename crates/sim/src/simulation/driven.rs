@@ -10,6 +10,8 @@ pub struct DrivenSimulation<F> {
     controls: F,
 }
 
+visloc_core::debug_shows!([F] DrivenSimulation<F> { simulation });
+
 impl<F: FnMut() -> LiveControls> DrivenSimulation<F> {
     /// Steers a simulation.
     pub fn new(simulation: LiveSimulation, controls: F) -> Self {

@@ -46,6 +46,7 @@ struct Light {
 }
 
 /// The patch of one feature on one level, with what does not change over the iterations.
+#[derive(Debug)]
 struct Patch {
     values: [f32; NUM],
     dx: [f32; NUM],
@@ -65,6 +66,7 @@ struct Normal {
 }
 
 /// The reference image around its points, to which images are aligned from several starts.
+#[derive(Debug)]
 pub struct AlignReference<'a> {
     camera: &'a Camera,
     pyramid: &'a Pyramid,

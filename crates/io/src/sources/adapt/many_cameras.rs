@@ -11,6 +11,8 @@ pub struct ManyCameras {
     error: Option<SourceError>,
 }
 
+visloc_core::debug_shows!([] ManyCameras { in_common, skipped, error });
+
 struct OneCamera {
     frames: Box<dyn Source<SourceFrame>>,
     next: Option<SourceFrame>,

@@ -12,6 +12,8 @@ pub struct UntilStopped<S> {
     is_live: bool,
 }
 
+visloc_core::debug_shows!([S: std::fmt::Debug] UntilStopped<S> { inner, is_live });
+
 impl<S> UntilStopped<S> {
     /// Around a source of which something is left undone when it is stopped.
     pub fn new(inner: S, host: &Host) -> Self {

@@ -43,6 +43,8 @@ pub struct SourceKind {
     pub(crate) pictures: Way<OpenPictures>,
 }
 
+visloc_core::debug_shows!([] SourceKind { name, schemes, is_live });
+
 /// How a source is opened for a purpose.
 pub(crate) struct Way<T> {
     /// The options that make a difference, for what stands behind the colon. All others are refused.
