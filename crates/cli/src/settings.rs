@@ -10,7 +10,7 @@ use visloc_core::{
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
 use visloc_locate::{
-    Algorithm, FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior,
+    ALGORITHMS, Algorithm, FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior,
 };
 use visloc_slam::SlamConfig;
 use visloc_world::Map;
@@ -143,13 +143,20 @@ pub fn swapped(
     });
     // What is no file can be read once only.
     let text = |path: Option<&Path>| path.filter(|path| path.is_file()).and_then(|path| read_text(path).ok());
-    let in_file = |path: Option<&Path>, expected, found, right| {
+    let in_file = |path: Option<&Path>, expected: &str, found: &str, right: &str| {
         let name = path.unwrap_or_else(|| Path::new("")).display();
         anyhow!("{name}: expected parameters {expected}, found those {found}: give it with {right}")
     };
     let in_config = || {
-        let is_swapped = only_pipeline(&text(config)?);
-        is_swapped.then(|| in_file(config, of_algorithm, of_pipeline, "--pipeline"))
+        let text = text(config)?;
+        if only_pipeline(&text) {
+            return Some(in_file(config, of_algorithm, of_pipeline, "--pipeline"));
+        }
+        let takes = |name: &str| Algorithm::named(name).is_ok_and(|other| other.with_toml(&text).is_ok());
+        let other = ALGORITHMS.iter().map(|info| info.name).find(|name| takes(name))?;
+        let is_other = !is_of_algorithm(&text);
+        is_other
+            .then(|| in_file(config, of_algorithm, &format!("of {other}"), &format!("--algorithm {other}")))
     };
     let in_pipeline = || {
         let is_swapped = only_algorithm(&text(pipeline)?);

@@ -95,12 +95,17 @@ fn unknown_keys_have_a_nearest_one_and_colors_can_be_named_in_part() {
             "c.toml: expected parameters of evolutionary, found those of the pipeline: give it with --pipeline",
         ),
         (
+            ["--config", "m.toml"],
+            "m.toml: expected parameters of evolutionary, found those of mce: give it with --algorithm mce",
+        ),
+        (
             ["--pipeline", "e.toml"],
             "e.toml: expected parameters of the pipeline, found those of evolutionary: give it with --config",
         ),
     ] {
         workspace.write("c.toml", "[analysis]\ncolumn_step_px = 6\n");
         workspace.write("e.toml", "num_exploiters = 9\n");
+        workspace.write("m.toml", "num_particles = 9\n");
         let error = workspace.refused(&[&base[..], &words].concat());
         assert!(error.contains(wanted) && error.len() < 200, "{error}");
     }
