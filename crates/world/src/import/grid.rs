@@ -5,6 +5,7 @@
 
 use std::{
     collections::BTreeMap,
+    f64::consts::TAU,
     io::{self, Cursor},
     path::Path,
 };
@@ -150,8 +151,15 @@ impl Grid {
         if !(self.resolution > 0.0 && self.resolution < 10.0) {
             return Err(("resolution", "meters a cell, above 0 and below 10", self.resolution.to_string()));
         }
-        if !self.origin.iter().all(|value| value.abs() <= 1e6) {
-            return Err(("origin", "x and y in meters and an angle", format!("{:?}", self.origin)));
+        // More than a turn are degrees.
+        let [x, y, yaw] = self.origin;
+        let is_place = [x, y].iter().all(|value| value.abs() <= 1e6) && yaw.abs() <= TAU;
+        if !is_place {
+            return Err((
+                "origin",
+                "x and y in meters and an angle in radians",
+                format!("{:?}", self.origin),
+            ));
         }
         for (key, value) in [("free_thresh", self.free_thresh), ("occupied_thresh", self.occupied_thresh)] {
             if !(value > 0.0 && value <= 1.0) {

@@ -166,6 +166,7 @@ fn strange_values_of_a_grid_are_refused() {
         ("occupied_thresh: 0.65", "occupied_thresh: 65", "occupied_thresh: expected above 0, at most 1"),
         ("free_thresh: 0.25", "free_thresh: .nan", "free_thresh: expected above 0"),
         ("[-0.5, -0.5, 0.0]", "[-0.5, -0.5]", "line 4"),
+        ("[-0.5, -0.5, 0.0]", "[-0.5, -0.5, 90]", "an angle in radians, found [-0.5, -0.5, 90.0]"),
         ("resolution: 0.05", "resolution: 9", "is the unit right?"),
     ] {
         let yaml = GRID.replace(from, to);
