@@ -44,6 +44,28 @@ def test_a_grid_has_every_recording_with_every_seed_and_parameter():
         cluster.grid("no/such/*.mcap", map=FIELD)
     with pytest.raises(visloc.VislocError, match="localize or slam"):
         cluster.Run("fly", str(R1))
+    with pytest.raises(visloc.VislocError, match="map: expected none with slam"):
+        cluster.grid("sim:room", command="slam", map="room.vmap")
+    with pytest.raises(visloc.VislocError, match="algorithms: they are for localize on a known map, found mce"):
+        cluster.grid("sim:room", command="slam", algorithms=["mce"])
+
+
+def test_words_of_a_shell(monkeypatch, capsys):
+    from visloc.cluster.__main__ import main
+
+    def said(*words):
+        monkeypatch.setattr("sys.argv", ["visloc.cluster", "localize", "sim:robocup", "--map", FIELD, "--out", "out", "--dry-run", *words])
+        try:
+            code = main()
+        except SystemExit as end:
+            code = end.code
+        return code, "".join(capsys.readouterr()).splitlines()
+
+    code, titles = said("--seeds", "1-2,7", "--set", "motion.correction=[1,1,1],[0.9,1,1]")
+    assert code == 0 and len(titles) == 6 and titles[0].endswith("seed 1 motion.correction=[1, 1, 1]")
+    for words in (["--seeds", "5-1"], ["--seeds", "a"], ["--set", "num_exploiters"], ["--set", "num_exploiters="]):
+        code, lines = said(*words)
+        assert code == 2 and f"argument {words[0]}: expected" in lines[-1], lines
 
 
 def test_recordings_are_found_in_folders_patterns_and_addresses(tmp_path):

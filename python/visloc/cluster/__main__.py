@@ -14,7 +14,9 @@ def _seeds(text: str) -> list[int]:
     """``3``, ``1-5`` or ``1,2,7``."""
     seeds: list[int] = []
     for part in text.split(","):
-        first, _, last = part.partition("-")
+        first, sign, last = part.partition("-")
+        if not (first.isdecimal() and (last.isdecimal() or not sign)) or int(last or first) < int(first):
+            raise argparse.ArgumentTypeError(f"expected N, N-M from the first to the last, or several of them with commas, found '{text}'")
         seeds += range(int(first), int(last or first) + 1)
     return seeds
 
@@ -22,9 +24,17 @@ def _seeds(text: str) -> list[int]:
 def _setting(text: str) -> list[dict[str, Any]]:
     """``tracking.robust=true,false`` as one dict for each value."""
     name, sign, values = text.partition("=")
-    if not sign:
+    if not sign or not values.strip():
         raise argparse.ArgumentTypeError(f"expected NAME=VALUE or NAME=VALUE,VALUE, found '{text}'")
-    return [_nested(name.strip().split("."), _value(value.strip())) for value in values.split(",")]
+    return [_nested(name.strip().split("."), value) for value in _values(values)]
+
+
+def _values(text: str) -> list[Any]:
+    """Numbers, truth values and lists of them as JSON has them, else words."""
+    try:
+        return json.loads(f"[{text}]")
+    except ValueError:
+        return [_value(part.strip()) for part in text.split(",")]
 
 
 def _value(text: str) -> Any:
@@ -80,7 +90,7 @@ def main() -> int:
             print(*(one.title for one in work), sep="\n")
             return 0
         summary = run(work, given.out, address=given.address, workers=given.workers)
-    except (VislocError, ImportError) as reason:
+    except (VislocError, ImportError, OSError) as reason:
         print(f"error: {reason}", file=sys.stderr)
         return 2
     print(summary)

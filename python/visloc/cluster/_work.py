@@ -116,9 +116,14 @@ def grid(
 ) -> list[Run]:
     """All recordings of ``sources`` with all seeds, algorithms and parameters.
 
-    :raises VislocError: if a source has no recording, or an algorithm does not take the parameters.
+    :raises VislocError: if a source has no recording, an algorithm does not take the parameters, or something is given that would not
+        be used.
     """
     parameters, algorithms = list(parameters), list(algorithms)
+    if command == "slam" and map is not None:
+        raise VislocError(f"map: expected none with slam, which makes its own, found {map}")
+    if (command == "slam" or str(map).endswith(".vmap")) and algorithms != ["evolutionary"]:
+        raise VislocError(f"algorithms: they are for localize on a known map, found {', '.join(algorithms)}")
     for algorithm, changed in itertools.product(algorithms, parameters):
         _check(command, map, algorithm, changed)
     cells = itertools.product(recordings(*sources), algorithms, parameters, seeds)
