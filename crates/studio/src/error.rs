@@ -77,8 +77,12 @@ impl StudioError {
         Self::Command { what: what.into(), expected: expected.into(), found: found.to_string() }
     }
 
-    /// A file or a connection that cannot be used, and why.
+    /// A file or a connection that cannot be used, and why. A reason that names it already is told as it is.
     pub fn input(origin: impl ToString, reason: impl ToString) -> Self {
-        Self::Input { origin: origin.to_string(), reason: reason.to_string() }
+        let (origin, mut reason) = (origin.to_string(), reason.to_string());
+        if let Some(alone) = reason.strip_prefix(&origin).and_then(|rest| rest.strip_prefix(": ")) {
+            reason = alone.to_owned();
+        }
+        Self::Input { origin, reason }
     }
 }

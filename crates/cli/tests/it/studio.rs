@@ -166,6 +166,7 @@ fn what_cannot_be_shown_is_refused_at_once() {
     );
     assert!(studio(&["sim:team", "--fps", "3"]).contains("--fps"));
     assert!(studio(&["--scene", "moon"]).contains("sim:team"));
+    assert!(studio(&["sim:moon"]).contains("error: sim:moon: expected the file of a scenario"));
     for command in [&["localize"][..], &["slam"], &["record", "--out", "team.mcap"]] {
         let error = workspace.refused(&[command, &["sim:team"]].concat());
         assert!(error.contains("a team of robots") && error.contains("visloc studio sim:team"), "{error}");
