@@ -22,12 +22,13 @@ pub struct SlamOutcome(FrameOutcome);
 
 #[pymethods]
 impl SlamOutcome {
-    /// `starting`, `tracking`, `carried` (by odometry) or `lost`.
+    /// `starting`, `tracking`, `supposed` (where it may be; the map does not change), `carried` (by odometry) or `lost`.
     #[getter]
     fn state(&self) -> &'static str {
         match self.0.state {
             TrackingState::Starting(_) => "starting",
             TrackingState::Tracking(_) => "tracking",
+            TrackingState::Supposed => "supposed",
             TrackingState::Carried => "carried",
             TrackingState::Lost => "lost",
         }

@@ -215,7 +215,7 @@ class SlamOutcome:
 
     @property
     def state(self) -> str:
-        """``starting``, ``tracking``, ``carried`` (by odometry) or ``lost``."""
+        """``starting``, ``tracking``, ``supposed`` (where it may be; the map does not change), ``carried`` (by odometry) or ``lost``."""
     @property
     def world_from_camera(self) -> NDArray[np.float64] | None: ...
     @property
