@@ -40,6 +40,8 @@ def test_a_grid_has_every_recording_with_every_seed_and_parameter():
     assert cluster.Run.from_json(work[3].to_json()) == work[3]
     with pytest.raises(visloc.VislocError, match="num_exploiters"):
         cluster.grid(R1, map=FIELD, parameters=[{"num_exploiter": 3}])
+    with pytest.raises(visloc.VislocError, match="map robocup: "):
+        cluster.grid(R1, map="robocup")
     with pytest.raises(visloc.VislocError, match="nothing there"):
         cluster.grid("no/such/*.mcap", map=FIELD)
     with pytest.raises(visloc.VislocError, match="localize or slam"):

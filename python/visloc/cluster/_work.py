@@ -139,7 +139,9 @@ def _check(command: str, map: str | os.PathLike[str] | None, algorithm: str, par
     if command == "slam" or str(map).endswith(".vmap"):
         Slam(Camera((640, 480), (500.0, 500.0), (319.5, 239.5)), parameters=dict(parameters) or None)
     else:
-        Localizer(Map(map_names()[0]), algorithm, parameters=dict(parameters) or None)
+        # A file may be one that workers alone see; a name is known everywhere.
+        is_name = map is not None and not any(sign in str(map) for sign in "./\\")
+        Localizer(Map(str(map) if is_name else map_names()[0]), algorithm, parameters=dict(parameters) or None)
 
 
 def _seen_by_workers(file: str | os.PathLike[str] | None) -> str | None:
