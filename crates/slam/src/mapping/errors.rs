@@ -1,6 +1,6 @@
 //! How far a map may be off.
 
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::{Matrix3, Matrix6, Vector6};
 use visloc_core::{geom::Camera, median};
 
 use super::adjust::{CHI2, collect};
@@ -21,9 +21,8 @@ pub struct MapErrors {
     /// Covariances of poses over twists in the frame of the keyframe, by its number, and by how much more errors add up around it than independent
     /// ones, see [`crate::solve::BundleErrors`].
     keyframes: Vec<Option<(Matrix6<f64>, f64)>>,
-    /// Covariances of places beside the keyframes that see them, by the number of the landmark, zero where nothing is known; single precision is
-    /// enough for large maps.
-    landmarks: Vec<Matrix3<f32>>,
+    /// Covariances of places beside the keyframes that see them, by the number of the landmark, zero where nothing is known.
+    landmarks: Vec<ShortCovariance>,
 }
 
 impl MapErrors {
@@ -32,7 +31,7 @@ impl MapErrors {
     pub fn of(map: &Map, camera: &Camera) -> Self {
         let mut all = Self {
             keyframes: vec![None; map.num_keyframe_ids()],
-            landmarks: vec![Matrix3::zeros(); map.num_landmark_ids()],
+            landmarks: vec![ShortCovariance::default(); map.num_landmark_ids()],
         };
         for id in map.maps() {
             all.add(&map.with_active(id), focal_px(camera));
@@ -53,7 +52,7 @@ impl MapErrors {
         }
         for observation in &bundle.observations {
             let covariance = within(&errors.points[observation.point], depth) * errors.design_effect;
-            self.landmarks[landmarks[observation.point].index()] = covariance.cast();
+            self.landmarks[landmarks[observation.point].index()] = ShortCovariance::from(&covariance);
         }
     }
 
@@ -74,13 +73,30 @@ impl MapErrors {
             let point = map.landmark(feature.landmark).point_in_world;
             let whitening = whitening(focal, &(feature.covariance_px * design_effect));
             let of_point = self.landmarks.get(feature.landmark.index()).copied().unwrap_or_default();
-            (PoseObservation::of_point(point, feature.ray, whitening), of_point.cast())
+            (PoseObservation::of_point(point, feature.ray, whitening), of_point.get())
         };
         let observations: Vec<(PoseObservation, Matrix3<f64>)> = features.iter().map(seen).collect();
         // Landmarks around a keyframe move with it.
         let moves = adjoint(&(*camera_from_world * map.keyframe(keyframe).camera_from_world().inverse()));
         let of_image = pose_covariance_among(camera_from_world, &observations)?;
         Some(of_image + moves * of_keyframe * moves.transpose())
+    }
+}
+
+/// A covariance as its lower triangle, row by row: single precision is enough for large maps.
+#[derive(Debug, Clone, Copy, Default)]
+struct ShortCovariance(Vector6<f32>);
+
+impl From<&Matrix3<f64>> for ShortCovariance {
+    fn from(full: &Matrix3<f64>) -> Self {
+        Self(Vector6::new(full.m11, full.m21, full.m22, full.m31, full.m32, full.m33).cast())
+    }
+}
+
+impl ShortCovariance {
+    fn get(&self) -> Matrix3<f64> {
+        let [xx, xy, yy, xz, yz, zz] = self.0.cast().into();
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 }
 
@@ -117,8 +133,8 @@ mod tests {
     fn single_precision_is_enough_for_a_place_of_which_the_distance_is_not_known() {
         let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -0.7, 0.2));
         let of = |variances: [f64; 3]| turn * Matrix3::from_diagonal(&variances.into()) * turn.transpose();
-        let limited: Matrix3<f32> = within(&of([1e-5, 4e-5, 600.0]), 3.0).cast();
-        let across = turn.transpose() * limited.cast::<f64>() * turn;
+        let limited = ShortCovariance::from(&within(&of([1e-5, 4e-5, 600.0]), 3.0)).get();
+        let across = turn.transpose() * limited * turn;
         assert!((across.m11 / 1e-5 - 1.0).abs() < 0.2 && (across.m22 / 4e-5 - 1.0).abs() < 0.05, "{across}");
         assert!((across.m33 - 600.0 / (1.0 + 600.0 / 9.0)).abs() < 1e-3, "{across}");
         let known = of([1e-5, 2e-5, 4e-4]);
