@@ -18,10 +18,8 @@ const RESTING_QUALITY: u8 = 80;
 const AT_HAND: usize = 160;
 /// The same beside a map that stays as it is: a camera soon goes on, or back to what the map shows.
 const AT_HAND_BESIDE: usize = 16;
-/// Images of a run that are kept unpacked.
-const UNPACKED: usize = 32;
 /// Images that are kept unpacked; about 1.4 bytes a pixel each.
-pub const SHELF_PICTURES: usize = 64;
+pub const UNPACKED: usize = 32;
 /// Levels of the pyramids that are made of them.
 const NUM_LEVELS: usize = 5;
 
@@ -109,7 +107,7 @@ mod tests {
             turned_from: None,
         };
         let mut map = Restoring::new(&[SessionCamera::as_calibrated(&camera)], &[keyframe]).unwrap();
-        let shelf = Arc::new(PictureShelf::new(SHELF_PICTURES));
+        let shelf = Arc::new(PictureShelf::new(UNPACKED));
         map.set_picture(0, unpacked(Vec::new(), (160, 120), &shelf));
         assert!(Arc::ptr_eq(&packing_beside(&map.finish()).shelf, &shelf));
         assert!(!Arc::ptr_eq(&packing_beside(&Map::new()).shelf, &shelf), "it has no images");

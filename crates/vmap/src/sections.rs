@@ -15,7 +15,7 @@ use visloc_slam::{
 use crate::{
     Damage, MapScale, OpenedMap, ScaleSource, Session, VisualMap, VmapError,
     container::{Entry, Kind, Section, Sections, assemble},
-    image::{SHELF_PICTURES, budget, packed, unpacked},
+    image::{UNPACKED, budget, packed, unpacked},
 };
 
 const SESSIONS: Kind = Kind(*b"SESS");
@@ -238,7 +238,7 @@ impl<F: Read + Seek> Reader<F> {
         keyframes: &[StoredKeyframe],
         restoring: &mut Restoring,
     ) {
-        let shelf = Arc::new(PictureShelf::new(SHELF_PICTURES));
+        let shelf = Arc::new(PictureShelf::new(UNPACKED));
         for entry in self.of_kind(PICTURE) {
             let number = entry.number as usize;
             let camera = keyframes.get(number).and_then(|keyframe| cameras.get(keyframe.camera as usize));
