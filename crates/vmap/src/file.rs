@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use visloc_core::files::{self, NewFile};
-use visloc_slam::map::SessionCamera;
+use visloc_slam::map::{Restoring, SessionCamera};
 
 use crate::{MAX_FILE_BYTES, OpenedMap, VisualMap, VmapError};
 
@@ -12,10 +12,22 @@ use crate::{MAX_FILE_BYTES, OpenedMap, VisualMap, VmapError};
 /// # Errors
 /// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long, or has no keyframes; with the name of the file.
 pub fn load(path: &Path) -> Result<OpenedMap, VmapError> {
+    load_as(path, Restoring::from)
+}
+
+/// Reads a map to find cameras in it: it takes less memory, as each look of a landmark is kept once. It should not be gone on in or written.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_fixed(path: &Path) -> Result<OpenedMap, VmapError> {
+    load_as(path, Restoring::of_fixed)
+}
+
+fn load_as(path: &Path, make: fn(Restoring) -> Restoring) -> Result<OpenedMap, VmapError> {
     let load = || {
         let file = files::open(path)?;
         files::check_length(&file, MAX_FILE_BYTES)?;
-        let opened = VisualMap::read(file)?;
+        let opened = VisualMap::read(file, make)?;
         has_keyframes(&opened.map).then_some(opened).ok_or(VmapError::Empty)
     };
     load().map_err(of_file(path))

@@ -26,7 +26,7 @@ pub use container::{FORMAT_VERSION, MAX_FILE_BYTES};
 pub use error::{Damage, VmapError};
 pub use evidence::Hypothesis;
 pub use export::{ColmapModel, NerfstudioModel, picture_name};
-pub use file::{load, save};
+pub use file::{load, load_fixed, save};
 pub use ground::{Ground, find_ground};
 pub use image::packing;
 pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer, Support};

@@ -71,12 +71,15 @@ impl VisualMap {
     /// # Errors
     /// If it is no map, of a newer version, or damaged where nothing can be spared.
     pub fn from_bytes(file: &[u8]) -> Result<OpenedMap, VmapError> {
-        Self::read(Cursor::new(file))
+        Self::read(Cursor::new(file), Restoring::from)
     }
 
     /// The same of a file that need not be in memory.
-    pub(crate) fn read(file: impl Read + Seek) -> Result<OpenedMap, VmapError> {
-        read(file)
+    pub(crate) fn read(
+        file: impl Read + Seek,
+        make: fn(Restoring) -> Restoring,
+    ) -> Result<OpenedMap, VmapError> {
+        read(file, make)
     }
 }
 
@@ -124,7 +127,7 @@ fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Secti
 }
 
 /// Reads a file.
-fn read(file: impl Read + Seek) -> Result<OpenedMap, VmapError> {
+fn read(file: impl Read + Seek, make: fn(Restoring) -> Restoring) -> Result<OpenedMap, VmapError> {
     let mut reader = Reader { sections: Sections::read(file)?, damages: Vec::new() };
     if let Some(reason) = reader.sections.head_damage.take() {
         reader.damages.push(Damage {
@@ -156,7 +159,7 @@ fn read(file: impl Read + Seek) -> Result<OpenedMap, VmapError> {
         [] => Vec::new(),
         _ => reader.spared(LEVELS, "which way is up is not known"),
     };
-    let mut restoring = Restoring::new(&cameras, &keyframes)?;
+    let mut restoring = make(Restoring::new(&cameras, &keyframes)?);
     reader.landmarks(&mut restoring)?;
     reader.pictures(&cameras, &keyframes, &mut restoring);
     let Reader { damages, .. } = reader;

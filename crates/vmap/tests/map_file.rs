@@ -15,8 +15,11 @@ use visloc_slam::{
     Exposure, Readout, Schedule, Slam, SlamConfig, TrackingState,
     lie::log,
     map::{Map, SessionCamera},
+    recognize::View,
 };
-use visloc_vmap::{FORMAT_VERSION, MapScale, ScaleSource, Session, VisualMap, VmapError, load, save};
+use visloc_vmap::{
+    FORMAT_VERSION, MapScale, ScaleSource, Session, VisualMap, VmapError, load, load_fixed, save,
+};
 
 /// Images of the clip from which the map is made; the others are new to it.
 const NUM_TAUGHT: usize = 45;
@@ -107,6 +110,24 @@ fn the_camera_is_found_in_a_map_that_was_read_and_the_map_stays_as_it_is() {
     let (bytes, way) = file();
     assert!(bytes == taught());
     assert_eq!(way, file().1, "the same bits again");
+}
+
+#[test]
+fn a_camera_is_found_in_a_map_that_keeps_each_look_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.vmap");
+    fs::write(&path, taught()).unwrap();
+    let (all, fixed) = (load(&path).unwrap().map.map, load_fixed(&path).unwrap().map.map);
+    let num_places = |map: &Map| {
+        let views = map.all_keyframes().filter_map(|(_, keyframe)| keyframe.view.as_deref());
+        views.map(View::len).sum::<usize>()
+    };
+    assert!(4 * num_places(&fixed) < 3 * num_places(&all), "{} of {}", num_places(&fixed), num_places(&all));
+    assert_eq!(fixed.all_landmarks().count(), all.all_landmarks().count());
+    let (camera, images) = clip();
+    let mut slam = Slam::in_fixed_map(fixed, &camera, &config(), 7).unwrap();
+    let first = slam.add_frame(time(0), images[50].clone()).unwrap();
+    assert!(first.is_relocalized);
 }
 
 #[test]

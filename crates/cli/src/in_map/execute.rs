@@ -25,7 +25,7 @@ use crate::{
     run::{Progress, Saving, prepare, source_options},
     say,
     settings::{OF_PIPELINE, SlamJob, slam_config_over, topic_options},
-    slam::{MapView, MapWish, load_map},
+    slam::{MapView, MapWish, load_fixed_map},
     stopwatch::thread_cpu_secs,
     studio::Steering,
 };
@@ -35,7 +35,7 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
     refuse_others(args)?;
     let name = args.map.as_deref().unwrap_or_default();
     let config = slam_config_over(SlamConfig::default(), args.config.as_deref(), &args.set, SlamJob::Extend)?;
-    let map = load_map(Path::new(name))?;
+    let map = load_fixed_map(Path::new(name))?;
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),

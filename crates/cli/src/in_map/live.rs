@@ -17,7 +17,7 @@ use super::{floor::floor_of, results::result_sample};
 use crate::{
     host::now,
     run::{TF_AHEAD_SECS, obeyed, publish_settings},
-    slam::{MapView, MapWatcher, MapWish, NamedMaps, landmark_cloud, load_map},
+    slam::{MapView, MapWatcher, MapWish, NamedMaps, landmark_cloud, load_fixed_map},
 };
 
 /// Publishes what is known after every image.
@@ -81,7 +81,7 @@ impl MapWatcher for MapLive {
                 }
                 Order::LoadMap(name) => {
                     let loaded = maps.path(&name).and_then(|path| {
-                        let map = load_map(&path).map_err(|error| format!("{error:#}"))?;
+                        let map = load_fixed_map(&path).map_err(|error| format!("{error:#}"))?;
                         Ok((path, map))
                     });
                     loaded.map_err(|reason| format!("load_map: {reason}")).map(|(path, map)| {

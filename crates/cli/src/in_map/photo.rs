@@ -18,7 +18,7 @@ use crate::{
     report::{FindingReport, GroundPose, pose_in_words, save_json},
     run::Saving,
     say,
-    slam::{MapFrame, load_map},
+    slam::{MapFrame, load_fixed_map},
 };
 
 /// What `--json` writes.
@@ -64,7 +64,7 @@ const MOST_FINER: f64 = 1.2;
 /// Says where in a map of SLAM a photo was taken by a camera.
 pub fn locate(args: &LocateArgs, image: RgbImage, calibrated: Camera) -> Result<()> {
     refuse_others(args)?;
-    let map = load_map(Path::new(&*args.map))?;
+    let map = load_fixed_map(Path::new(&*args.map))?;
     let config = SlamConfig::default();
     // What a photo shows finer than the map has no counterpart there.
     let finer = finest_focal_px(&map).map_or(1.0, |focal_px| calibrated.focal_px().0 / focal_px);

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use anyhow::Result;
 use visloc_slam::map::{MapId, SessionCamera};
-use visloc_vmap::{Damage, Session, VisualMap, load, save};
+use visloc_vmap::{Damage, OpenedMap, Session, VisualMap, VmapError, load, load_fixed, save};
 
 use super::SlamRun;
 use crate::{args::SlamArgs, say};
@@ -16,7 +16,16 @@ pub fn is_map_of_slam(name: &str) -> bool {
 
 /// Reads a map, and tells what is damaged.
 pub fn load_map(path: &Path) -> Result<VisualMap> {
-    let opened = load(path)?;
+    told(path, load(path))
+}
+
+/// The same for a map that only cameras are looked for in.
+pub fn load_fixed_map(path: &Path) -> Result<VisualMap> {
+    told(path, load_fixed(path))
+}
+
+fn told(path: &Path, opened: Result<OpenedMap, VmapError>) -> Result<VisualMap> {
+    let opened = opened?;
     for damage in damages_in_words(&opened.damages) {
         say::note!("{}: {damage}", path.display());
     }

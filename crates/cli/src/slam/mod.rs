@@ -26,7 +26,7 @@ pub use input::{open_input, range_of};
 #[cfg(feature = "ros2")]
 pub use live::landmark_cloud;
 pub use live::open_slam_live;
-pub use map_file::{damages_in_words, is_map_of_slam, load_map, save_map};
+pub use map_file::{damages_in_words, is_map_of_slam, load_fixed_map, load_map, save_map};
 pub use map_watcher::{MapFrame, MapView, MapWatcher, MapWish};
 #[cfg(feature = "ros2")]
 pub use named_maps::NamedMaps;

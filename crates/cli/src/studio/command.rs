@@ -35,7 +35,7 @@ use crate::{
     run::{refuse_source_options, source_options},
     say,
     settings::topic_options,
-    slam::{is_map_of_slam, load_map},
+    slam::{is_map_of_slam, load_fixed_map},
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
 
@@ -192,7 +192,7 @@ pub(super) fn named_source(
     address.check(options, purpose)?;
     let opener = match (of_slam, purpose) {
         (Some(map), _) => {
-            let map = Arc::new(load_map(Path::new(map))?);
+            let map = Arc::new(load_fixed_map(Path::new(map))?);
             SourceOpener::InMap(images_opener(name, options, host), map)
         }
         (None, Purpose::Frames) => SourceOpener::Frames(frames_opener(name, map, options, host)?),

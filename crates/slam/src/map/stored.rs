@@ -1,6 +1,6 @@
 //! Maps as plain numbers, to be kept beyond the program: what is alive, numbered anew.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use nalgebra::{Matrix2, Matrix3, Point3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use super::{
 use crate::{
     lie::CameraFromWorld,
     orb::OrbDescriptor,
-    recognize::{PlaceIndex, ShortPlace},
+    recognize::{MOST_DIFFERENT, PlaceIndex, ShortPlace},
 };
 
 /// Error of a rotation matrix that is rounding, not damage.
@@ -91,6 +91,7 @@ pub struct StoredObservation {
 pub struct Restoring {
     map: Map,
     num_landmarks: usize,
+    is_fixed: bool,
 }
 
 impl Restoring {
@@ -110,7 +111,14 @@ impl Restoring {
             map.keyframes.push(restored_keyframe(number, keyframe, camera).map_err(wrong)?);
             map.num_maps = map.num_maps.max(keyframe.map + 1);
         }
-        Ok(Self { map, num_landmarks: 0 })
+        Ok(Self { map, num_landmarks: 0, is_fixed: false })
+    }
+
+    /// A map that only cameras are looked for in: each look of its landmarks is kept once, which takes less memory. Where mapping goes on, all of them find
+    /// more loops.
+    #[must_use]
+    pub fn of_fixed(self) -> Self {
+        Self { is_fixed: true, ..self }
     }
 
     /// Adds the next landmark.
@@ -122,7 +130,11 @@ impl Restoring {
         self.num_landmarks += 1;
         let wrong = |expected| RestoreError::Landmark { number, expected };
         self.map.add_restored(landmark).map_err(wrong)?;
-        self.map.add_places(LandmarkId(number as u32), &landmark.observations);
+        let mut seen = Cow::Borrowed(&landmark.observations);
+        if self.is_fixed {
+            keep_looks(seen.to_mut());
+        }
+        self.map.add_places(LandmarkId(number as u32), &seen);
         Ok(())
     }
 
@@ -322,6 +334,21 @@ impl Map {
     }
 }
 
+/// Leaves descriptors out that look like one before, those of the first keyframes staying: half of the bits that a pair may differ by. Nobody can tell them
+/// apart, since from one keyframe to the next as many change, 28 of them in the median; and what looks like one that is left out by the other half looks
+/// like the one that stays.
+fn keep_looks(observations: &mut [StoredObservation]) {
+    let mut looks: Vec<OrbDescriptor> = Vec::new();
+    for descriptor in observations.iter_mut().map(|observation| &mut observation.descriptor) {
+        let Some(look) = descriptor.as_ref().map(OrbDescriptor::from_bytes) else { continue };
+        if looks.iter().any(|other| other.distance(&look) <= MOST_DIFFERENT / 2) {
+            *descriptor = None;
+        } else {
+            looks.push(look);
+        }
+    }
+}
+
 /// The upper half of the bits of a number, rounded: three digits are enough for a covariance.
 #[allow(clippy::cast_possible_truncation)]
 fn upper_half(value: f64) -> u16 {
@@ -390,4 +417,36 @@ fn restored_observation(
         return Err("places with a covariance");
     }
     Ok(short)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A descriptor of which some bits differ from one without any.
+    fn seen(keyframe: u32, bits: std::ops::Range<usize>) -> StoredObservation {
+        let mut descriptor = [0; 32];
+        bits.for_each(|bit| descriptor[bit / 8] |= 1 << (bit % 8));
+        let (px, variance_px) = ([0.0; 2], [0; 2]);
+        let descriptor = Some(descriptor);
+        StoredObservation { keyframe, px, level: 0, variance_px, correlation: 0, descriptor }
+    }
+
+    #[test]
+    fn each_look_of_a_landmark_is_kept_once() {
+        // The third is like the second, which is left out, but not like the first.
+        let all = [seen(0, 0..0), seen(1, 0..32), seen(2, 0..33), seen(3, 20..33), seen(4, 100..150)];
+        let mut kept = all.to_vec();
+        kept.insert(2, StoredObservation { descriptor: None, ..seen(5, 0..0) });
+        keep_looks(&mut kept);
+        let described = |seen: &[StoredObservation]| {
+            let described = seen.iter().filter(|it| it.descriptor.is_some());
+            described.map(|it| it.keyframe).collect::<Vec<_>>()
+        };
+        assert_eq!(described(&kept), [0, 2, 4]);
+        assert_eq!(kept.len(), all.len() + 1, "what keyframes see stays");
+        let once = kept.clone();
+        keep_looks(&mut kept);
+        assert_eq!(kept, once);
+    }
 }
