@@ -110,6 +110,12 @@ pub trait FeatureModel: Send + Sync {
         0.0
     }
 
+    /// How long the borders on the ground are that the image must show from here and where it shows nothing but ground, pixels of an image
+    /// 320 px wide.
+    fn missed_px(&self, _state: &CameraState) -> f64 {
+        0.0
+    }
+
     /// A pose at which some of the features fall on counterparts, at random; `None` if the features suggest nothing.
     fn suggest(&self, _rng: &mut Rng) -> Option<PlanarPose> {
         None

@@ -59,7 +59,7 @@ pub(super) fn log_likelihood(
             bars[on_bar.side].add(&on_bar);
         }
     });
-    sum *= share;
+    sum = share * sum + hidden(model.missed_px(camera)).ln();
     if bars.iter().all(|bar| bar.num == 0) {
         return Told { by_all: sum, by_landmarks };
     }
@@ -153,14 +153,18 @@ mod tests {
     use super::*;
     use crate::vision::Percept;
 
-    /// Features that match nothing, at these shares of a range of 80 pixels.
-    struct Loose(Vec<f64>);
+    /// Features that match nothing, at these shares of a range of 80 pixels, and borders that are missed.
+    struct Loose(Vec<f64>, f64);
 
     impl FeatureModel for Loose {
         fn condition_on(&mut self, _: &Percept) {}
 
         fn num_features(&self) -> usize {
             self.0.len()
+        }
+
+        fn missed_px(&self, _: &CameraState) -> f64 {
+            self.1
         }
 
         fn visit_matches(&self, _: &CameraState, _: f64, _: usize, visit: &mut dyn FnMut(FeatureMatch)) {
@@ -175,11 +179,20 @@ mod tests {
     fn a_bar_is_explained_nearly_as_a_line_and_what_is_scattered_is_not() {
         let config = RefinementConfig::default();
         let camera = CameraState::reported(PlanarPose::default());
-        let log_likelihood = |at: Vec<f64>| log_likelihood(&Loose(at), &camera, &config).by_all;
+        let log_likelihood = |at: Vec<f64>| log_likelihood(&Loose(at, 0.0), &camera, &config).by_all;
         let line = config.max_independent_evidence * Noise::new(&config).peak.ln();
         let bar = log_likelihood((0..100).map(|i| 0.4 + 0.01 * f64::from(i % 2)).collect());
         let scattered = log_likelihood((0..100).map(|i| f64::from(i) / 100.0).collect());
         assert!((0.8 * line..line).contains(&bar), "{bar} of a line's {line}");
         assert!((-0.2 * line..0.2 * line).contains(&scattered), "{scattered} of a line's {line}");
+    }
+
+    #[test]
+    fn lines_that_are_not_where_they_should_be_speak_against_a_place_within_bounds() {
+        let config = RefinementConfig::default();
+        let camera = CameraState::reported(PlanarPose::default());
+        let told = |missed_px| log_likelihood(&Loose(vec![0.5; 20], missed_px), &camera, &config).by_all;
+        assert!(told(0.0) - told(80.0) > 1.5 && told(80.0) - told(160.0) > 1.5);
+        assert!(told(0.0) - told(1e4) < 5.0, "the field may lack a line of the map");
     }
 }

@@ -62,6 +62,6 @@ pub use field_features::{
 };
 pub use image_look::ImageLook;
 pub use percept::{
-    AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob,
-    Percept,
+    AnalysisError, BareGround, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel,
+    PerceivedBlob, Percept,
 };

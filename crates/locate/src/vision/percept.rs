@@ -88,6 +88,8 @@ visloc_core::worded_enum! {
         NotBesideCarpet = "not beside carpet",
         /// A white run is thinner than a field line at its distance: a net, a scratch, noise.
         TooThin = "too thin",
+        /// A white run is a part of something wider than any field line at its distance: a ball, a robot, a patch of sun.
+        TooThick = "too thick",
         /// A goal's border that neither runs upright nor lies above the horizon: the goal's base, not post or crossbar.
         NotPostOrBar = "not post or bar",
         /// Too few of the eight pixels around it have its color.
@@ -141,6 +143,15 @@ pub struct PerceivedBlob {
     pub centroid_px: Point2<f64>,
 }
 
+/// Ground that shows nothing but carpet: no line of the map can be there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BareGround {
+    /// Side of a patch, pixels of the image.
+    pub patch_px: f64,
+    /// Middles of the patches that are bare with all eight around them, pixels without lens distortion.
+    pub middles: Vec<Point2<f64>>,
+}
+
 /// The input of one localizer step: what was seen, with which camera, from which height and direction.
 #[derive(Debug, Clone, Default)]
 pub struct Percept {
@@ -150,6 +161,8 @@ pub struct Percept {
     pub pixels: Vec<FeaturePixel>,
     /// All pixels that passed the filters, evenly thinned out to a bounded number: the random discard has no say here.
     pub borders: Vec<BorderPixel>,
+    /// Where the ground shows nothing but carpet.
+    pub bare_ground: BareGround,
     /// Lines, junctions, circle, marks and posts; empty if they are not looked for.
     pub features: FieldFeatures,
     /// Robots and balls, the clearest first; empty if they are not looked for in this image.
@@ -188,6 +201,7 @@ impl Percept {
         self.robot_from_camera = frame.robot_from_camera;
         self.pixels.clear();
         self.borders.clear();
+        self.bare_ground.middles.clear();
         self.dropped.clear();
         Ok(())
     }

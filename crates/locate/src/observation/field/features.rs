@@ -64,6 +64,9 @@ pub struct FieldFeatureModel {
     borders: Vec<Border>,
     /// Line pixels on the ground, seen from the robot.
     ground_borders: Vec<GroundBorder>,
+    /// Where nothing but carpet is seen, as directions in the camera frame with z = 1, and the side of a patch as [`Residual::error_px`].
+    bare: Vec<Vector3<f64>>,
+    patch_px: f64,
     /// In what distances in the image are counted in.
     focal_px: (f64, f64),
     /// As [`FeatureModel::noise`].
@@ -101,6 +104,8 @@ impl FieldFeatureModel {
             line_width_m: d.line_width_m,
             borders: Vec::new(),
             ground_borders: Vec::new(),
+            bare: Vec::new(),
+            patch_px: 0.0,
             focal_px: (1.0, 1.0),
             noise: 1.0,
             corners: [Vector2::zeros(); 2],
@@ -118,6 +123,12 @@ impl FieldFeatureModel {
 
     fn eye(&self, state: &CameraState) -> Eye {
         Eye::new(state, &self.robot_from_camera, &self.eye_in_robot)
+    }
+
+    /// Square of the distance from the eye, meters, at which a line across the view is so many pixels thick.
+    fn max_slant2(&self, eye: &Eye, thickness_px: f64) -> f64 {
+        let px = thickness_px * f64::from(blur_px(self.width_px)) / px_tolerance(self.width_px);
+        self.focal_px.1 * self.line_width_m * eye.at.z / px
     }
 
     /// The nearest border with its white on the same side, and what the pixel may be of if there is none.
@@ -233,6 +244,10 @@ impl FeatureModel for FieldFeatureModel {
             inward: border.inward,
             kind: border.kind,
         }));
+        self.bare.clear();
+        let bearing = |px: &Point2<f64>| Vector3::new((px.x - cx) / fx, (px.y - cy) / fy, 1.0);
+        self.bare.extend(percept.bare_ground.middles.iter().map(bearing));
+        self.patch_px = percept.bare_ground.patch_px / unit_px;
         self.ground_borders.clear();
         for border in self.borders.iter().filter(|border| !border.kind.is_goal()) {
             let inward = Vector3::new(border.inward.x / fx, border.inward.y / fy, 0.0);
@@ -257,8 +272,7 @@ impl FeatureModel for FieldFeatureModel {
         let unit = px_tolerance(self.width_px) / px_scale(self.width_px);
         let focal = Vector2::new(self.focal_px.0, self.focal_px.1) * unit;
         // A line is as thick as a pixel.
-        let least_px = f64::from(blur_px(self.width_px)) / px_scale(self.width_px);
-        let max_slant2 = focal.y * self.line_width_m * eye.at.z / least_px;
+        let max_slant2 = self.max_slant2(&eye, 1.0);
         let margin = Vector2::new(margin_px / focal.x, margin_px / focal.y);
         let [first, last] = [self.corners[0] + margin, self.corners[1] - margin];
         let image_of = |point: &Point2<f64>| {
@@ -284,6 +298,27 @@ impl FeatureModel for FieldFeatureModel {
             });
         }
         sum_px
+    }
+
+    fn missed_px(&self, state: &CameraState) -> f64 {
+        let eye = self.eye(state);
+        // A line that covers half of a pixel is seen.
+        let max_slant2 = self.max_slant2(&eye, 0.5);
+        let (mut num, half_px) = (0, 0.5 * self.patch_px);
+        for bearing in &self.bare {
+            let ray = eye.ray(bearing);
+            let Some(ground) = eye.ground(&ray) else { continue };
+            if (ground - eye.at.xy()).norm_squared() > max_slant2 - eye.at.z.powi(2) {
+                continue;
+            }
+            let [nearest, _] = self.tables.ground.nearest_indices(&ground);
+            for outline in self.tables.ground.both_borders(nearest) {
+                let Some((edge, _)) = outline.edge_near(&ground) else { continue };
+                let offset = eye.image_of(&edge, self.focal_px).offset(&ray);
+                num += usize::from(offset.is_some_and(|offset| offset.error_px.abs() < half_px));
+            }
+        }
+        f64::from(num as u32) * self.patch_px * px_tolerance(self.width_px) / px_scale(self.width_px)
     }
 
     fn visit_matches(
@@ -367,7 +402,10 @@ mod tests {
     use visloc_world::Map;
 
     use super::*;
-    use crate::{observation::features::CameraVector, vision::BorderPixel};
+    use crate::{
+        observation::features::CameraVector,
+        vision::{BareGround, BorderPixel},
+    };
 
     const STATES: u64 = 40;
 
@@ -516,6 +554,34 @@ mod tests {
         let out = CameraState::reported(PlanarPose::new(2.8, 0.5, 0.0));
         let into = CameraState::reported(PlanarPose::new(1.0, 0.0, 0.0));
         assert!(model.expected_px(&out, 0.0).abs() < 1e-9 && model.expected_px(&into, 0.0) > 200.0);
+    }
+
+    /// Bare ground contradicts no true place, and most of those from which lines should be seen on it.
+    #[test]
+    fn lines_are_missed_where_the_ground_is_bare() {
+        let (mut num, mut num_missed, mut num_expected) = (0, 0, 0);
+        let mut model = FieldFeatureModel::new(&field());
+        for i in 0..STATES {
+            let (pose, head, mut rng) = random_state(i);
+            let mut percept = percept(&head);
+            let seen = seen_from(&pose, &percept, &model);
+            let grid = (1..39)
+                .flat_map(|x| (1..59).map(move |y| Point2::new(f64::from(x) * 8.0, f64::from(y) * 4.0)));
+            let is_bare = |px: &Point2<f64>| seen.iter().all(|border| (border.ideal_px - px).norm() > 25.0);
+            percept.bare_ground = BareGround { patch_px: 4.0, middles: grid.filter(is_bare).collect() };
+            model.condition_on(&percept);
+            if percept.bare_ground.middles.len() < 100 {
+                continue;
+            }
+            num += 1;
+            let missed_px = model.missed_px(&CameraState::reported(pose));
+            assert!(missed_px < 9.0, "{missed_px} px from {pose:?}");
+            let other = PlanarPose::new(pose.x_m, pose.y_m, pose.yaw_rad + rng.random_range(0.4..1.2));
+            let other = CameraState::reported(other);
+            num_expected += usize::from(model.expected_px(&other, 0.0) > 400.0);
+            num_missed += usize::from(model.missed_px(&other) > 40.0);
+        }
+        assert!(num > 25 && num_missed * 3 > num_expected * 2, "{num_missed} of {num_expected}, {num}");
     }
 
     /// Pixels of points on the ground, as a robot sees them that stands before the goal at -x.

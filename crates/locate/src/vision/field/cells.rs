@@ -10,7 +10,7 @@ use crate::vision::color::{ColorClass, ColorTable};
 const CELLS_ACROSS: u32 = 160;
 /// Probability that a cell of a robot or a ball does not have the carpet's color, and that one of the ground does not: a line.
 const OBJECT_IS_OTHER: f64 = 0.85;
-const GROUND_IS_OTHER: f64 = 0.1;
+pub(super) const GROUND_IS_OTHER: f64 = 0.1;
 /// Neighboring cells err alike: those of a part count as so many independent ones at most.
 const MAX_INDEPENDENT: f64 = 20.0;
 

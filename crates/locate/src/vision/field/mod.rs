@@ -4,6 +4,7 @@
 //! Beside that, composite features (`features`) from the same borders and runs, and robots and balls (`objects`) if somebody asks for them.
 
 mod analyzer;
+mod bare;
 mod blobs;
 mod carpet;
 mod cells;
