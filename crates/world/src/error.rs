@@ -6,6 +6,10 @@ use thiserror::Error;
 
 use crate::built_in::BUILT_IN_MAPS;
 
+/// What to do about lengths that make no sense.
+pub(crate) const WHICH_UNIT: &str =
+    "is the unit right? Maps are in meters, and a drawing says how many meters its unit is (docs/own-map.md)";
+
 /// A map that cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]

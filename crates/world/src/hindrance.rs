@@ -8,6 +8,7 @@ use visloc_core::median;
 
 use crate::{
     Map,
+    error::WHICH_UNIT,
     field::Field,
     office::{Office, Wall},
 };
@@ -50,10 +51,6 @@ pub enum Hindrance {
         median_width_m: f64,
     },
 }
-
-/// What to do about lengths that make no sense.
-pub(crate) const WHICH_UNIT: &str =
-    "is the unit right? Maps are in meters, and a drawing says how many meters its unit is (docs/own-map.md)";
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

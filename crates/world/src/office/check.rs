@@ -7,7 +7,7 @@ use super::{
     geometry::{ON_WALL_M, point},
     plan::OFFICE,
 };
-use crate::{MapError, hindrance::WHICH_UNIT};
+use crate::{MapError, error::WHICH_UNIT};
 
 /// Shorter walls and doors are mistakes, meters.
 pub(crate) const MIN_LENGTH_M: f64 = 0.05;
