@@ -88,8 +88,6 @@ visloc_core::worded_enum! {
         NotBesideCarpet = "not beside carpet",
         /// A white run is thinner than a field line at its distance: a net, a scratch, noise.
         TooThin = "too thin",
-        /// A white run is a part of something wider than any field line at its distance: a ball, a robot, a patch of sun.
-        TooThick = "too thick",
         /// A goal's border that neither runs upright nor lies above the horizon: the goal's base, not post or crossbar.
         NotPostOrBar = "not post or bar",
         /// Too few of the eight pixels around it have its color.

@@ -75,24 +75,6 @@ fn white_too_thin_for_its_distance() {
 }
 
 #[test]
-fn white_too_thick_for_its_distance() {
-    let painter = Painter::new(20.0);
-    let mut image = painter.paint(carpet_with_line);
-    let foot = painter.pixel(1.1, 0.0, 0.0);
-    // Something as wide as a third of the image, with carpet all around it.
-    let (left, top) = (foot.x as u32 - 50, foot.y as u32);
-    fill(&mut image, left..left + 100, top..top + 40, WHITE);
-    let is_on_it = |px: &Point2<f64>| px.x > f64::from(left) - 2.0 && px.y > f64::from(top) - 2.0;
-    let filters = FilterSwitches { too_thin: true, ..NO_FILTERS };
-    expect_drops(&painter, &image, filters, DropReason::TooThick, |px| {
-        is_on_it(px) && px.x < f64::from(left) + 102.0 && px.y < f64::from(top) + 42.0
-    });
-    let line = painter.pixel(1.5, 0.0, 0.0).y;
-    let kept = analyze(&painter, &image, filters).pixels;
-    assert!(kept.iter().filter(|pixel| (pixel.px.y - line).abs() < 6.0).count() > 20, "the line stays");
-}
-
-#[test]
 fn goal_colors_that_lie_on_the_ground() {
     let painter = Painter::new(5.0);
     let mut image = painter.paint(carpet);

@@ -7,9 +7,9 @@ use visloc_world::field::GoalColor;
 use super::{
     FieldAnalysisConfig, FieldEnd, GoalBlob, Obstacle,
     bare::BarePatches,
-    blobs::{BlobFinder, Feet, POST_WIDTH},
+    blobs::{BlobFinder, Feet},
     carpet::Carpet,
-    edges::{Edge, MAX_BLEND_PX, edges_of_runs},
+    edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
     isolation::goes_on,
     objects::{ObjectDetector, ObjectView},
@@ -267,9 +267,6 @@ impl FieldAnalyzer {
         {
             return Some(DropReason::TooThin);
         }
-        if switches.too_thin && self.table.is_learned() && self.is_thick(frame, edge, distance_m) {
-            return Some(DropReason::TooThick);
-        }
         if switches.horizon && distance_m > self.config.max_line_distance_m {
             return Some(DropReason::BeyondHorizon);
         }
@@ -310,44 +307,6 @@ impl FieldAnalyzer {
         let thickness_px = thickness_px(frame, direction, self.config.line_width_m, distance_m);
         // Runs are whole pixels, so one pixel less is always possible.
         self.config.min_thickness_share * thickness_px - 1.0
-    }
-
-    /// Whether a run belongs to something wider than a line at this distance, whatever the direction of the line. The distance hangs on the
-    /// camera's tilt, as that of posts.
-    fn is_thick(&self, frame: &Frame, edge: &Edge, distance_m: f64) -> bool {
-        let image = &frame.image;
-        let most_px = |direction| {
-            let line_px = thickness_px(frame, direction, self.config.line_width_m, distance_m);
-            *POST_WIDTH.end() * line_px + f64::from(MAX_BLEND_PX * blur_px(image.width()))
-        };
-        let (most_x, most_y) = (most_px(Direction::Horizontal), most_px(Direction::Vertical));
-        let (most_along, most_across) = match edge.direction {
-            Direction::Horizontal => (most_x, most_y),
-            Direction::Vertical => (most_y, most_x),
-        };
-        let along = most_along / f64::from(edge.run_px);
-        if along >= 1.0 {
-            return false;
-        }
-        // A line measures x and y along row and column, with (most_x / x)^2 + (most_y / y)^2 = 1 for the widest in each direction.
-        let across_px = most_across / (1.0 - along * along).sqrt();
-        let half = edge.run_px as i64 / 2 * if edge.is_start { 1 } else { -1 };
-        let (x, y) = (i64::from(edge.inside_px.0), i64::from(edge.inside_px.1));
-        let is_white = |across: i64| {
-            let (x, y) = match edge.direction {
-                Direction::Horizontal => (x + half, y + across),
-                Direction::Vertical => (x + across, y + half),
-            };
-            let at = u32::try_from(x).ok().zip(u32::try_from(y).ok());
-            at.is_some_and(|(x, y)| {
-                x < image.width()
-                    && y < image.height()
-                    && self.table.class_beside_carpet(image.get(x, y), edge.white_luma) == ColorClass::White
-            })
-        };
-        let most = across_px as i64 + 1;
-        let on = |side: i64| (1..=most).take_while(|i| is_white(side * i)).count();
-        (on(1) + on(-1)) as i64 >= most
     }
 
     /// Fewer than the wanted number of the eight neighbors have the pixel's color, or, with learned colors, a thin line does not go on.

@@ -101,7 +101,7 @@ const MIN_FOOT_REACH_PX: u32 = 8;
 const MIN_RUN_PX: u32 = 2;
 /// Width of a post, as a share of what the distance of its foot demands. That distance is uncertain: a tilt that is off by a degree
 /// makes 4 m of 5 m.
-pub(super) const POST_WIDTH: std::ops::RangeInclusive<f64> = 0.45..=2.2;
+const POST_WIDTH: std::ops::RangeInclusive<f64> = 0.45..=2.2;
 /// Least height of a goal, as a share of what its posts' width demands: its top may be hidden.
 const MIN_POST_HEIGHT: f64 = 0.5;
 

@@ -43,7 +43,7 @@ impl Edge {
 }
 
 /// Most pixels of mixed color between a line and the carpet, in an image up to 640 px wide.
-pub(super) const MAX_BLEND_PX: u32 = 4;
+const MAX_BLEND_PX: u32 = 4;
 /// Pixels of carpet that are looked at on each side of a line.
 const CARPET_SAMPLES: i64 = 3;
 /// Two patches of carpet differ by less than this in their share of green.
