@@ -5,7 +5,7 @@ use std::{cmp::Reverse, collections::BTreeMap, path::PathBuf, sync::Mutex};
 use numpy::{IntoPyArray, PyArray2, ndarray::Array2};
 use pyo3::prelude::*;
 use visloc::{
-    FrameOutcome, Schedule, SlamConfig, Timestamp, TrackingState,
+    FrameOutcome, Schedule, SlamConfig, Timestamp,
     vmap::{Session, VisualMap, save},
 };
 
@@ -25,13 +25,7 @@ impl SlamOutcome {
     /// `starting`, `tracking`, `supposed` (where it may be; the map does not change), `carried` (by odometry) or `lost`.
     #[getter]
     fn state(&self) -> &'static str {
-        match self.0.state {
-            TrackingState::Starting(_) => "starting",
-            TrackingState::Tracking(_) => "tracking",
-            TrackingState::Supposed => "supposed",
-            TrackingState::Carried => "carried",
-            TrackingState::Lost => "lost",
-        }
+        self.0.state.name()
     }
 
     /// 4 x 4, in units of the map; `None` without a pose.

@@ -58,6 +58,19 @@ pub enum TrackingState {
     Lost,
 }
 
+impl TrackingState {
+    /// The state in a word: `starting`, `tracking`, `supposed`, `carried` or `lost`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Starting(_) => "starting",
+            Self::Tracking(_) => "tracking",
+            Self::Supposed => "supposed",
+            Self::Carried => "carried",
+            Self::Lost => "lost",
+        }
+    }
+}
+
 /// What became of a frame.
 #[derive(Debug, Clone, Default)]
 pub struct FrameOutcome {

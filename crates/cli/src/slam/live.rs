@@ -186,7 +186,7 @@ impl SlamWatcher for SlamLive {
         }
         let state = record.state_name();
         let values = [("searched", outcome.matches.0.to_string()), ("found", outcome.matches.1.to_string())];
-        let status = diagnostics_message(at, "SLAM", (record.is_tracked(), &state), &values);
+        let status = diagnostics_message(at, "SLAM", (record.is_tracked(), state), &values);
         self.publisher.publish_diagnostics(status);
         self.send_points(at, slam);
         self.publisher.obey(|order| obeyed(self.orders.obey(order, slam)));

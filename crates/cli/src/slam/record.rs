@@ -52,13 +52,10 @@ impl SlamRecord {
     }
 
     /// The state in a word: starting, the quality of tracking, or supposed, carried or lost.
-    pub fn state_name(&self) -> String {
+    pub fn state_name(&self) -> &'static str {
         match self.state {
-            TrackingState::Starting(_) => "starting".to_owned(),
-            TrackingState::Tracking(quality) => quality.name().to_owned(),
-            TrackingState::Supposed => "supposed".to_owned(),
-            TrackingState::Carried => "carried".to_owned(),
-            TrackingState::Lost => "lost".to_owned(),
+            TrackingState::Tracking(quality) => quality.name(),
+            state => state.name(),
         }
     }
 
